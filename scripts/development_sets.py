@@ -4,7 +4,7 @@
 For each set: a vehicle file from what `known.toml` says and guesses for the rest, `rotorloop diagnose` with its default options on five
 flights (the sixth, general2, is held out), and a line of the table: verdict, names, classes, what was true. The sets are for development:
 a figure from them is no claim. ROTORLOOP_DATA names the folder that holds flights/.
-  scripts/development_sets.py                       all sixteen: half an hour of one free core
+  scripts/development_sets.py                       all twenty: half an hour of one free core
   scripts/development_sets.py d03 undeclared_a      these
   scripts/development_sets.py --rotorloop FILE --out FOLDER d03 -- --placebos 0     another build, other options of diagnose
 What the same program left in the folder with the same options is not run again.
@@ -151,7 +151,7 @@ def judged(name, added, right):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sets", nargs="*", help="d01 to d16, or a folder of flights/ with a known.toml")
+    parser.add_argument("sets", nargs="*", help="d01 to d20, or a folder of flights/ with a known.toml")
     parser.add_argument("--rotorloop", type=pathlib.Path, default=ROOT / "build/release/bin/rotorloop")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs/development")
     arguments, more = sys.argv[1:], []

@@ -65,8 +65,10 @@ def errors(held):
 
 
 def left(result):
-    out = [f"- {r['axis']}: {number(r['beyond_noise_rms'])} {r['unit']} beyond the noise figures ({number(r['limit_rms'])} matters), "
-           f"{100 * r['share']:.0f} % of its power {'in bursts' if r['kind'] == 'bursts' else 'predictable'}." for r in result["remains"]]
+    out = [f"- {r['axis']}{' in ' + r['flight'] if r['flight'] else ''}: {number(r['beyond_noise_rms'])} {r['unit']} "
+           + (f"({r['kind'].replace('_', ' ')}; {number(r['limit_rms'])} expected)." if r["kind"] in ("noise", "held_out") else
+              f"beyond the noise figures ({number(r['limit_rms'])} matters), {100 * r['share']:.0f} % of its power "
+              f"{'in bursts' if r['kind'] == 'bursts' else 'predictable'}.") for r in result["remains"]]
     out = out or ["- No axis of force or torque keeps a part that matters and is not noise."]
     return [*out, *(f"- {w}" for w in result["remarks"]), ""]
 

@@ -33,6 +33,7 @@ CatalogueEffect effect_in(const TomlTable& t) {
                       .parameter = parameter_in(t, t.text("parameter", ""), t.text("unit", "1")),
                       .observability = t.text("class", ""),
                       .manoeuvre = t.text("manoeuvre", ""),
+                      .next = t.text("next", ""),
                       .needs = t.text("needs", "")};
   if (t.has("fit")) row.fit = t.texts("fit");
   if (t.has("twins")) row.twins = t.texts("twins");

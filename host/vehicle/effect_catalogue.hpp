@@ -35,6 +35,7 @@ struct CatalogueEffect {
   std::string observability = {};              // "separable", "class_only" (from its twins not by flight alone), "not_observable"
   std::vector<std::string> twins = {};         // of a class_only effect
   std::string manoeuvre = {};                  // the flight that separates it
+  std::string next = {};                       // what a person does about it; empty: the vehicle file holds it
   std::string needs = {};                      // what a not_observable effect takes
 };
 

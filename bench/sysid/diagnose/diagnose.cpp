@@ -62,6 +62,7 @@ void judge_what_is_left(const FlightsToDiagnose& flights, const DiagnoseOptions&
   if (!flights.held_out.empty()) {
     say("score of the held-out flights", 0.97);
     out.held_out = identify::score_models(flights.held_out, out.before, out.after, o.identify.grid, o.wrench_band);
+    judge_held_out(*out.held_out, d, o.criteria);
   }
 }
 
@@ -93,6 +94,7 @@ DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile&
   }
   report_model(search, o, out);
   report_checks(flights, d);
+  add_words(out.after.problem.start, o.criteria, d);
   try {
     if (!stopped) {
       choose_manoeuvres(out, o.library, o.identify.fit.threads, o.identify.fit.stop);

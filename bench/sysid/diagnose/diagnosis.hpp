@@ -67,6 +67,8 @@ struct AddedEffect {
   std::vector<NamedValue> parameters = {};  // after the refit
   std::vector<ClassMember> aliases = {};    // indistinguishable from it in these flights; empty: named
   std::vector<NamedValue> ratios = {};      // of its parameters to scales of the vehicle, where determined much better (ratios.hpp)
+  std::string in_words = {};                // its size as a mechanic says it: "rotor 3 (front left) 5.1 %"
+  std::string next = {};                    // what a person does about it; empty: writes it into the vehicle file
   std::string manoeuvre = {};               // for a class: the flight that would separate its members
   ManoeuvreAdvice advice = {};              // … and how well, in simulation
   CandidateEvidence evidence = {};
@@ -93,13 +95,23 @@ struct LogFault {
   double from_s = 0.0, to_s = 0.0;
 };
 
-// An axis of the residual wrench that the last model leaves larger than matters to the vehicle, and not as noise.
+// What the last model leaves that matters to the vehicle and is no noise.
+enum class RemainingKind {
+  systematic,  // of an axis of the residual wrench a share of the power is predictable on blocks that had no part in the prediction
+  bursts,      // …, or stands in short stretches
+  noise,       // the fitted noise of an axis is far above its residual: whatever is missing passes for noise
+  held_out,    // errors on flights held out are not those of a model that is right
+};
+std::string_view name(RemainingKind kind);  // "systematic"
+
 struct RemainingResidual {
-  std::string axis, unit;
-  bool bursts = false;   // else systematic: a share of its power is predictable on blocks that had no part in the prediction
-  double share = 0.0;    // of the power: predictable, or in bursts
-  double beyond = 0.0;   // rms beyond what the noise figures expect
-  double matters = 0.0;  // the limit of that
+  RemainingKind kind = RemainingKind::systematic;
+  std::string axis, unit;  // "force z", "N"; held_out: the quantity and its horizon
+  double share = 0.0;      // of the power: predictable, or in bursts; noise, held_out: size over `matters`
+  double beyond = 0.0;     // rms beyond what the noise figures expect; bursts: what they alone make of it; noise: expected; held_out: error
+  double matters = 0.0;    // the limit of that; noise: the residual; held_out: the floor
+  std::string flight = {};  // in which alone it stands; empty: over all
+  std::string words = {};   // more, for a person: where bursts are
 };
 
 struct Diagnosis {

@@ -8,8 +8,68 @@
 
 #include "bench/render/digits.hpp"
 #include "bench/sysid/diagnose/vehicle_priors.hpp"
+#include "host/base/constants.hpp"
+#include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::diagnose {
+namespace {
+
+// "front left": where a rotor sits.
+std::string place_of_rotor(const Eigen::Vector3d& p) {
+  constexpr double kOnAxis_m = 1e-3;
+  const std::string along = p.x() > kOnAxis_m ? "front" : p.x() < -kOnAxis_m ? "rear" : "";
+  const std::string across = p.y() > kOnAxis_m ? "left" : p.y() < -kOnAxis_m ? "right" : "";
+  return along + (along.empty() || across.empty() ? "" : " ") + across;
+}
+
+// In the unit of a mechanic: degrees, per cent, milliseconds, millimetres, grams.
+std::string everyday(const NamedValue& v) {
+  const struct {
+    const char *unit, *everyday;
+    double factor;
+  } kUnits[] = {{"rad", "deg", kDeg_per_rad}, {"1", "%", 100.0}, {"s", "ms", 1e3}, {"m", "mm", 1e3}, {"kg", "g", 1e3}};
+  for (const auto& u : kUnits) {
+    if (v.unit == u.unit && std::fabs(u.factor * v.value) < 1e3) return fmt::format("{:+.2g} {}", u.factor * v.value, u.everyday);
+  }
+  return fmt::format("{:+.3g}{}{}", v.value, v.unit == "1" ? "" : " ", v.unit == "1" ? "" : v.unit);
+}
+
+// Of one number for each rotor the rotor stands in its place; else "pitch -3.0 deg": the name without its unit.
+std::string in_words(const NamedValue& v, const host::LoadGeometry& geometry) {
+  const std::size_t end = v.name.size() - 1;
+  if (v.name.size() > 2 && v.name[end - 1] == '_' && v.name[end] >= '1' && v.name[end] <= '4') {
+    const auto rotor = static_cast<std::size_t>(v.name[end] - '1');
+    return fmt::format("rotor {} ({}) {}", rotor + 1, place_of_rotor(geometry.rotors[rotor].position_m), everyday(v));
+  }
+  std::string name = v.name;
+  for (const char* unit : {"_rad", "_s", "_m", "_kg"}) {
+    const std::string_view u = unit;
+    if (name.size() > u.size() && name.ends_with(u)) {
+      name.resize(name.size() - u.size());
+      break;
+    }
+  }
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name + " " + everyday(v);
+}
+
+}  // namespace
+
+void add_words(const estimate::ModelValues& vehicle, const Criteria& criteria, Diagnosis& d) {
+  const host::EffectCatalogue& catalogue = host::builtin_effect_catalogue();
+  for (AddedEffect& a : d.added) {
+    const host::CatalogueEffect* row = catalogue.find(a.id);
+    if (!row) continue;
+    a.next = row->next;
+    std::vector<std::string> words;
+    for (const NamedValue& v : a.parameters) {
+      const auto p = std::find_if(row->model.begin(), row->model.end(), [&](const auto& one) { return one.name == v.name; });
+      const double neutral = p == row->model.end() ? row->parameter.neutral : p->neutral;
+      if (std::fabs(v.value - neutral) > criteria.fewest_u * v.u) words.push_back(in_words(v, vehicle.geometry));
+    }
+    a.in_words = fmt::format("{}", fmt::join(words, ", "));
+  }
+}
 
 void note_unfinished(const std::vector<RefitCandidate>& ranked, Diagnosis& d) {
   for (const RefitCandidate& c : ranked) {

@@ -24,6 +24,9 @@ std::string measurements_used(const identify::Identification& r);
 // A load beside the body shares a scale with all that the vehicle file weighs.
 std::string mass_beside_body(const std::string& id, double load_kg, double body_kg);
 
+// Of each effect its size in words and what to do about it; rotors are named by their place on the vehicle.
+void add_words(const estimate::ModelValues& vehicle, const Criteria& criteria, Diagnosis& d);
+
 // What the checks took out of the logs: a fault of a sensor or stream, or no fault. Notes took nothing out.
 void report_checks(const FlightsToDiagnose& flights, Diagnosis& d);
 

@@ -149,6 +149,8 @@ bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double wi
   // What moves by itself follows states that still lack it: its cost falls again with every round of the refit.
   if (c.tested && c.tested->candidate->term && !c.tested->candidate->term->info.memory.empty()) return false;
   if (!c.refit.cost_held || !leader.refit.cost_held) return false;
+  // What the screening puts above the leader is judged by its own refit: with the priors held its step may have been too long.
+  if (c.tested && leader.tested && c.tested->test.chi2 > leader.tested->test.chi2) return false;
   const double explained = without - *c.refit.cost_held, by_leader = without - *leader.refit.cost_held;
   if (by_leader <= 0.0 || by_leader <= criteria.larger_part * (without - freed) || explained >= criteria.larger_part * by_leader)
     return false;
@@ -230,7 +232,8 @@ std::vector<ClassMember> indistinguishable_from_best(const Screening& s, const s
     known.insert(known.end(), c.same.begin(), c.same.end());
     if (!c.failure.none() || (&c != &best && best.score - c.score > margin)) continue;
     if (&c != &best) add(*c.tested, c.values, c.delta_log_likelihood / best.delta_log_likelihood);
-    for (const Tested* t : c.same) add(*t, t->evidence.one_step, c.delta_log_likelihood / best.delta_log_likelihood);
+    for (const Tested* t : c.same)
+      if (t->evidence.inside_bounds) add(*t, t->evidence.one_step, c.delta_log_likelihood / best.delta_log_likelihood);
   }
   // What was not worth a refit by itself may still be as good as the best by the residuals, and much the same; or the same in every
   // direction, whatever gate of chance kept it from the field: no flight like these distinguishes it.

@@ -30,9 +30,9 @@ void prefer_the_simpler(std::vector<RefitCandidate>& ranked, const Screening& sc
 const NamedValue* defining_number(const Candidate& candidate, const std::vector<NamedValue>& values);
 
 // Whether `c` needs no refit to be ranked below `leader`, whose refit is done: with the priors' parameters held, and the same noise, it
-// explains less than half of what the leader does. Says nothing where the leader, so held, explains less than half of what freeing those
-// parameters does: there their being held is what is wrong. `without`: the cost with them held and no effect; `freed`: with them free and
-// no effect.
+// explains less than half of what the leader does, and the screening did not put it above that. Says nothing where the leader, so held,
+// explains less than half of what freeing those parameters does: there their being held is what is wrong. `without`: the cost with them
+// held and no effect; `freed`: with them free and no effect.
 bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed, const Criteria& criteria = {});
 
 // Those refitted, best score first, the failed ones last. `all`: as examine_all() has them. A candidate whose refit takes longer than

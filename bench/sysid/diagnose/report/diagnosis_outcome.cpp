@@ -5,11 +5,22 @@
 namespace rotorloop::diagnose {
 namespace {
 
+// What a person does about the effects, each with its size: "weak_rotor (rotor 3 (front left) 5.1 %): look at …".
+std::string to_mend(const Diagnosis& d) {
+  std::string out;
+  for (const AddedEffect& a : d.added) {
+    if (a.next.empty()) continue;
+    out += (out.empty() ? "" : "; ") + a.id + (a.in_words.empty() ? "" : " (" + a.in_words + ")") + ": " + a.next;
+  }
+  return out;
+}
+
 std::string next_step(const Diagnosis& d) {
   switch (d.verdict) {
     case DiagnosisVerdict::clean:
       return "fly with the vehicle file as it is; what these flights could not have shown stands at the end";
     case DiagnosisVerdict::named:
+      if (const std::string mend = to_mend(d); !mend.empty()) return mend + "; else write it to a file (-o FILE) and fly with that";
       return "write the vehicle file with the effect (-o FILE) and fly with it: rotorloop hil SCENARIO --vehicle FILE";
     case DiagnosisVerdict::ambiguous: {
       const auto open = std::find_if(d.added.begin(), d.added.end(), [](const AddedEffect& a) { return !a.manoeuvre.empty(); });

@@ -47,15 +47,29 @@ render::List log_list(const Json& all) {
 }
 
 std::string remaining(const Json& r) {
-  return fmt::format("{:.0f} % of the power of the residual {} {}; {:.2g} {} rms beyond the noise, {:.2g} matter",
-                     100.0 * value_of(r.at("share")), text_of(r.at("axis")),
-                     r.at("kind") == "bursts" ? "comes in bursts" : "is predictable and no effect of the library explains it",
-                     value_of(r.at("beyond_noise_rms")), text_of(r.at("unit")), value_of(r.at("limit_rms")));
+  const std::string kind = text_of(r.at("kind")), axis = text_of(r.at("axis")), flight = text_of(r.at("flight")),
+                    words = text_of(r.at("words")), unit = text_of(r.at("unit"));
+  const double size = value_of(r.at("beyond_noise_rms")), limit = value_of(r.at("limit_rms")), share = 100.0 * value_of(r.at("share"));
+  const std::string in = flight.empty() ? "" : "in " + flight + " ", more = words.empty() ? "" : ". " + words;
+  if (kind == "noise")
+    return fmt::format(
+        "the noise that was fitted to {} ({:.2g} {} rms) is far above its residual ({:.2g}): what is missing would pass for it", axis, size,
+        unit, limit);
+  if (kind == "held_out") return fmt::format("held-out error of {} {:.3g} {}, {:.3g} where the model is right", axis, size, unit, limit);
+  if (kind == "bursts")
+    return fmt::format("{}{:.0f} % of the power of the residual {} comes in bursts; alone they make {:.2g} {} rms, {:.2g} matter{}", in,
+                       share, axis, size, unit, limit, more);
+  return fmt::format(
+      "{}{:.0f} % of the power of the residual {} is predictable and no effect of the library explains it; {:.2g} {} rms beyond the noise, "
+      "{:.2g} matter{}",
+      in, share, axis, size, unit, limit, more);
 }
 
 // What is reported of an effect with its size.
 void add_notes(const Json& effect, render::List& notes) {
   const std::string id = text_of(effect.at("id"));
+  if (const std::string size = text_of(effect.at("in_words")); !size.empty()) notes.items.push_back(id + ": " + size);
+  if (const std::string next = text_of(effect.at("next")); !next.empty()) notes.items.push_back(id + ": next: " + next);
   if (const std::string ratios = text_of(effect.at("determined")); !ratios.empty()) notes.items.push_back(id + ": determined: " + ratios);
   if (const std::string flight = text_of(effect.at("manoeuvre")); !flight.empty()) notes.items.push_back(id + ": fly: " + flight);
   std::vector<std::string> moved;

@@ -16,15 +16,19 @@ using identify::array_of;
 using identify::number;
 using nlohmann::ordered_json;
 
+ordered_json text_or_null(const std::string& text) { return text.empty() ? ordered_json(nullptr) : ordered_json(text); }
+
 ordered_json remains_json(const std::vector<RemainingResidual>& all) {
   ordered_json out = ordered_json::array();
   for (const RemainingResidual& r : all)
     out.push_back({{"axis", r.axis},
                    {"unit", r.unit},
-                   {"kind", r.bursts ? "bursts" : "systematic"},
+                   {"kind", std::string(name(r.kind))},
+                   {"flight", r.flight},
                    {"share", r.share},
                    {"beyond_noise_rms", r.beyond},
-                   {"limit_rms", r.matters}});
+                   {"limit_rms", r.matters},
+                   {"words", r.words}});
   return out;
 }
 
@@ -33,8 +37,6 @@ ordered_json values_json(const std::vector<NamedValue>& all) {
   for (const NamedValue& v : all) out.push_back({{"name", v.name}, {"unit", v.unit}, {"value", number(v.value)}, {"u", number(v.u)}});
   return out;
 }
-
-ordered_json text_or_null(const std::string& text) { return text.empty() ? ordered_json(nullptr) : ordered_json(text); }
 
 ordered_json reason_json(const Reason& r) {
   if (r.none()) return nullptr;
@@ -105,6 +107,8 @@ ordered_json added_json(const std::vector<AddedEffect>& effects) {
                      {"twins", aliases},
                      {"determined", ratios_text(a.ratios)},
                      {"ratios", values_json(a.ratios)},
+                     {"in_words", a.in_words},
+                     {"next", a.next},
                      {"manoeuvre", a.manoeuvre},
                      {"manoeuvre_search", advice_json(a.advice)},
                      {"evidence", evidence_json(a.evidence)},

@@ -14,13 +14,21 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The four cubic B-splines that are not zero at x, on `intervals` equal intervals of [low, high].
+// The four cubic B-splines that are not zero at x, on `intervals` equal intervals of [low, high]; of a product the straight line.
 struct Spline {
   std::size_t input = 0;
   Index first = 0, count = 0;  // columns of the design
   double low = 0.0, width = 1.0;
 
+  bool line() const { return count == 1; }
+  Index bases() const { return std::min<Index>(count, 4); }  // that are not zero at one place
+  double high() const { return low + width * static_cast<double>(line() ? 1 : count - 3); }
+  // The first basis that is not zero there.
   Index at(double x, std::array<double, 4>& b) const {
+    if (line()) {
+      b[0] = std::clamp((x - low) / width, 0.0, 1.0);
+      return 0;
+    }
     const double last = static_cast<double>(count - 3);
     const double u = std::clamp((x - low) / width, 0.0, last - 1e-9), k = std::floor(u), t = u - k;
     const double s = 1.0 - t;
@@ -38,7 +46,9 @@ struct Design {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       const double low = quantile(inputs[i].value, 0.01), high = quantile(inputs[i].value, 0.99);
       if (!(high - low > 1e-9 * (std::fabs(high) + std::fabs(low)))) continue;
-      splines.push_back({i, columns, static_cast<Index>(intervals) + 3, low, (high - low) / static_cast<double>(intervals)});
+      const std::size_t pieces = inputs[i].product ? 1 : intervals;
+      splines.push_back(
+          {i, columns, inputs[i].product ? 1 : static_cast<Index>(intervals) + 3, low, (high - low) / static_cast<double>(pieces)});
       columns += splines.back().count;
     }
     column_mean = VectorXd::Zero(columns);
@@ -70,7 +80,7 @@ FoldSums sums(Design& design, std::span<const Channel> inputs, std::span<const s
       std::array<double, 4> basis;
       for (const Spline& s : design.splines) {
         const Index k = s.at(inputs[s.input].value[i], basis);
-        for (Index j = 0; j < 4; ++j) column.push_back(s.first + k + j), value.push_back(basis[static_cast<std::size_t>(j)]);
+        for (Index j = 0; j < s.bases(); ++j) column.push_back(s.first + k + j), value.push_back(basis[static_cast<std::size_t>(j)]);
       }
       MatrixXd& xx = out.xx[f];
       for (std::size_t a = 0; a < column.size(); ++a) {
@@ -197,12 +207,12 @@ PartialCurve Regression::curve(const Spline& spline, const VectorXd& whole, cons
   const auto rows = Eigen::seqN(spline.first, spline.count);
   c.share = whole(rows).dot(xx_(rows, rows) * whole(rows)) / yy_[y];
   for (int n = 0; n < kPoints; ++n) {
-    const double x = spline.low + spline.width * static_cast<double>(spline.count - 3) * n / (kPoints - 1);
+    const double x = spline.low + (spline.high() - spline.low) * n / (kPoints - 1);
     std::array<double, 4> basis;
     const Index k = spline.at(x, basis);
     const auto value = [&](const VectorXd& beta) {
       double v = -design_.column_mean(rows).dot(beta(rows));
-      for (Index j = 0; j < 4; ++j) v += basis[static_cast<std::size_t>(j)] * beta[spline.first + k + j];
+      for (Index j = 0; j < spline.bases(); ++j) v += basis[static_cast<std::size_t>(j)] * beta[spline.first + k + j];
       return v;
     };
     const double here = value(whole);

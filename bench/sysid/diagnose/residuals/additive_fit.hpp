@@ -9,7 +9,7 @@
 namespace rotorloop::diagnose {
 
 struct AdditiveOptions {
-  std::size_t intervals = 8;  // of each input's range, 1st to 99th percentile; beyond, the function holds its end value
+  std::size_t intervals = 8;  // of each input's range, 1st to 99th percentile; beyond, the function holds its end value; products: a line
   double block_s = 1.5;
   int folds = 6;
   LeftOut left_out = LeftOut::flights;

@@ -139,7 +139,25 @@ std::array<double, std::size(kInputs)> input_row(const SampleState& s, const est
 
 std::vector<Channel> input_channels() {
   std::vector<Channel> out;
-  for (const InputName& n : kInputs) out.push_back({n.id, n.name, n.unit, {}});
+  for (const InputName& n : kInputs) out.push_back({n.id, n.name, n.unit, {}, false});
+  return out;
+}
+
+std::vector<Channel> products_of_motion(const std::vector<Channel>& inputs) {
+  constexpr const char* kMotion[] = {"rate_x", "rate_y", "rate_z", "v_x", "v_y", "v_z"};
+  std::vector<Channel> out;
+  const auto find = [&](const char* id) {
+    return std::find_if(inputs.begin(), inputs.end(), [&](const Channel& c) { return c.id == id; });
+  };
+  for (std::size_t i = 0; i < std::size(kMotion); ++i) {
+    for (std::size_t j = i + 1; j < std::size(kMotion); ++j) {
+      const auto a = find(kMotion[i]), b = find(kMotion[j]);
+      if (a == inputs.end() || b == inputs.end()) continue;
+      Channel c{a->id + "*" + b->id, a->name + " times " + b->name, a->unit + " " + b->unit, {}, true};
+      for (std::size_t k = 0; k < a->value.size(); ++k) c.value.push_back(a->value[k] * b->value[k]);
+      out.push_back(std::move(c));
+    }
+  }
   return out;
 }
 

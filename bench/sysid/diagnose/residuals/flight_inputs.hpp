@@ -11,6 +11,8 @@ namespace rotorloop::diagnose {
 
 // All inputs, empty.
 std::vector<Channel> input_channels();
+// Products of rates and speeds of the body, of those channels: loads that no sum of functions of one input each can follow.
+std::vector<Channel> products_of_motion(const std::vector<Channel>& inputs);
 
 // One flight's samples: appended to `state` and to each channel; `wrench` becomes as long and holds the model's wrench at the middle of
 // each step (N, N m, body axes).

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bench/render/digits.hpp"
+#include "bench/sysid/diagnose/residuals/flight_inputs.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -89,6 +90,7 @@ ResidualFindings analyse_residuals(const identify::Identification& result, const
   LagOptions lag;
   lag.seed = o.seed;
   f.lag = lag_analysis(s.samples, s.model, s.free, lag);
+  for (Channel& c : products_of_motion(s.inputs)) s.inputs.push_back(std::move(c));
   f.unexplained = unexplained(s.samples, slow, slow_simulated, s.inputs, {.fit = {}, .criteria = o.criteria});
   f.variance = variance_effects(s, variance_kinds(s), {.criteria = o.criteria});
   StepOptions steps;

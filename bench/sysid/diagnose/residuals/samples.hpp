@@ -30,6 +30,7 @@ struct Samples {
 struct Channel {
   std::string id, name, unit;  // "v_x", "forward speed", "m/s"
   std::vector<double> value;
+  bool product = false;  // of two others: a regression takes it as a straight line, not as a curve
 };
 
 // Body axes: force x, y, z in N, torque x, y, z in N m.

@@ -20,6 +20,16 @@ std::vector<double> sliding_power(const Samples& samples, std::vector<double> v,
   return sliding_mean(samples, v, window_s);
 }
 
+// Of a flight: the median over all flights, or its own where that is larger. A flight that lacks more throughout has no bursts.
+double usual_rms(const Samples& samples, const std::vector<double>& power, std::size_t flight) {
+  std::vector<double> own;
+  for (const Piece& p : samples.pieces) {
+    const auto first = power.begin() + static_cast<std::ptrdiff_t>(p.first);
+    if (p.flight == flight) own.insert(own.end(), first, first + static_cast<std::ptrdiff_t>(p.count));
+  }
+  return std::sqrt(std::max(quantile(power, 0.5), quantile(std::move(own), 0.5)));
+}
+
 double largest_ratio(const Samples& samples, const std::vector<double>& v, double window_s) {
   const std::vector<double> power = sliding_power(samples, v, window_s);
   const double usual = quantile(power, 0.5);
@@ -58,9 +68,9 @@ std::string_view name(ResidualKind k) {
 std::vector<Burst> bursts(const Samples& samples, const std::vector<double>& v, std::size_t axis, double window_s, double limit) {
   std::vector<Burst> out;
   const std::vector<double> power = sliding_power(samples, v, window_s);
-  const double usual = std::sqrt(quantile(power, 0.5));
-  if (!(usual > 0.0)) return out;
   for (const Piece& p : samples.pieces) {
+    const double usual = usual_rms(samples, power, p.flight);
+    if (!(usual > 0.0)) continue;
     const auto window = static_cast<std::size_t>(std::max(1.0, std::round(window_s / p.step_s)));
     for (std::size_t i = 0; i < p.count;) {
       if (std::sqrt(power[p.first + i]) <= limit * usual) {
@@ -88,6 +98,124 @@ std::vector<Burst> bursts(const Samples& samples, const std::vector<double>& v, 
   return out;
 }
 
+namespace {
+
+// Share of the residual's power in the bursts, in samples first … first + count - 1, and what it makes of the rms.
+void add_burst_power(const Samples& samples, const std::vector<double>& v, std::span<const Burst> found, std::size_t axis,
+                     std::size_t first, std::size_t count, AxisUnexplained& x) {
+  double in_bursts = 0.0;
+  for (const Burst& b : found) {
+    if (b.axis != axis) continue;
+    for (const Piece& p : samples.pieces) {
+      if (p.flight != b.flight || p.first < first || p.first >= first + count) continue;
+      for (std::size_t i = 0; i < p.count; ++i) {
+        const double t = p.start_s + static_cast<double>(i) * p.step_s;
+        if (t >= b.from_s && t < b.to_s) in_bursts += v[p.first + i] * v[p.first + i];
+      }
+    }
+  }
+  const double power = x.rms * x.rms * static_cast<double>(count);
+  x.burst_share = power > 0.0 ? in_bursts / power : 0.0;
+  x.burst_rms = count > 0 ? std::sqrt(in_bursts / static_cast<double>(count)) : 0.0;
+}
+
+ResidualKind kind_of(const AxisUnexplained& x, bool known_noise, const Criteria& criteria) {
+  const bool real = !known_noise || x.rms > 1.15 * x.rms_expected;
+  if (x.explainable.share > criteria.negligible && x.explainable_by_chance < criteria.larger_part * x.explainable.share)
+    return ResidualKind::systematic;
+  return x.burst_share > criteria.larger_part ? ResidualKind::bursts : real ? ResidualKind::stochastic : ResidualKind::none;
+}
+
+// Size, noise, and what the inputs predict of it. `fits`: of the residual's axes, then of those of the first simulated ones.
+std::array<AxisUnexplained, kAxes> sizes(const Axes& residual, std::span<const Axes> expected, std::vector<AdditiveFit> fits) {
+  std::array<AxisUnexplained, kAxes> out;
+  for (std::size_t a = 0; a < kAxes; ++a) {
+    AxisUnexplained& x = out[a];
+    x.rms = std::sqrt(mean_square(residual[a]));
+    for (const Axes& e : expected) x.rms_expected += mean_square(e[a]) / static_cast<double>(expected.size());
+    x.rms_expected = std::sqrt(x.rms_expected);
+    for (std::size_t n = a + kAxes; n < fits.size(); n += kAxes) x.explainable_by_chance = std::max(x.explainable_by_chance, fits[n].share);
+    x.explainable = std::move(fits[a]);
+  }
+  return out;
+}
+
+std::vector<const std::vector<double>*> series_of(const Axes& residual, std::span<const Axes> expected) {
+  std::vector<const std::vector<double>*> out;
+  for (const auto& a : residual) out.push_back(&a);
+  for (const Axes& e : expected.first(std::min(kChanceFits, expected.size()))) {
+    for (const auto& a : e) out.push_back(&a);
+  }
+  return out;
+}
+
+std::vector<double> cut(const std::vector<double>& v, std::size_t first, std::size_t count) {
+  const auto from = v.begin() + static_cast<std::ptrdiff_t>(first);
+  return {from, from + static_cast<std::ptrdiff_t>(count)};
+}
+Axes cut(const Axes& axes, std::size_t first, std::size_t count) {
+  Axes out;
+  for (std::size_t a = 0; a < kAxes; ++a) out[a] = cut(axes[a], first, count);
+  return out;
+}
+
+// Flight by flight, each predicted from runs of blocks of its own.
+std::vector<FlightUnexplained> by_flight(const Samples& samples, const Axes& residual, std::span<const Axes> expected,
+                                         std::span<const Channel> used, std::span<const Burst> found, const UnexplainedOptions& o) {
+  std::vector<FlightUnexplained> out;
+  for (std::size_t f = 0; f < samples.flights.size(); ++f) {
+    Samples own;
+    own.flights = {samples.flights[f]};
+    std::size_t first = samples.size;
+    for (const Piece& p : samples.pieces) {
+      if (p.flight != f) continue;
+      first = std::min(first, p.first);
+      own.add(0, p.start_s, p.step_s, p.count);
+    }
+    if (own.size == 0) continue;
+    std::vector<Axes> noise;
+    for (const Axes& e : expected) noise.push_back(cut(e, first, own.size));
+    std::vector<Channel> inputs;
+    for (const Channel& c : used) inputs.push_back({c.id, c.name, c.unit, cut(c.value, first, own.size), c.product});
+    AdditiveOptions fit = o.fit;
+    fit.left_out = LeftOut::runs;
+    const Axes rest = cut(residual, first, own.size);
+    FlightUnexplained x{.flight = f, .axis = sizes(rest, noise, additive_fit(own, series_of(rest, noise), inputs, 0, fit)), .kind = {}};
+    for (std::size_t a = 0; a < kAxes; ++a) {
+      add_burst_power(samples, residual[a], found, a, first, own.size, x.axis[a]);
+      x.kind[a] = kind_of(x.axis[a], !expected.empty(), o.criteria);
+    }
+    out.push_back(std::move(x));
+  }
+  return out;
+}
+
+const Channel* input_named(std::span<const Channel> inputs, std::string_view id) {
+  const auto at = std::find_if(inputs.begin(), inputs.end(), [&](const Channel& c) { return c.id == id; });
+  return at == inputs.end() ? nullptr : &*at;
+}
+
+void add_places(const Samples& samples, std::span<const Channel> inputs, std::vector<Burst>& found) {
+  const Channel *x = input_named(inputs, "place_x"), *y = input_named(inputs, "place_y"), *z = input_named(inputs, "height");
+  if (!x || !y || !z) return;
+  for (Burst& b : found) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double n = 0.0;
+    for (const Piece& p : samples.pieces) {
+      if (p.flight != b.flight) continue;
+      for (std::size_t i = 0; i < p.count; ++i) {
+        const double t = p.start_s + static_cast<double>(i) * p.step_s;
+        if (t < b.from_s || t >= b.to_s) continue;
+        sum += Eigen::Vector3d(x->value[p.first + i], y->value[p.first + i], z->value[p.first + i]);
+        n += 1.0;
+      }
+    }
+    if (n > 0.0) b.place_W_m = sum / n;
+  }
+}
+
+}  // namespace
+
 UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std::span<const Axes> expected, std::span<const Channel> inputs,
                               const UnexplainedOptions& o) {
   UnexplainedResult out;
@@ -96,54 +224,28 @@ UnexplainedResult unexplained(const Samples& samples, const Axes& residual, std:
   std::vector<Channel> used;
   std::vector<std::size_t> index;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (std::find(std::begin(kExplaining), std::end(kExplaining), inputs[i].id) == std::end(kExplaining)) continue;
+    if (!inputs[i].product && std::find(std::begin(kExplaining), std::end(kExplaining), inputs[i].id) == std::end(kExplaining)) continue;
     used.push_back(inputs[i]);
     index.push_back(i);
   }
-  std::vector<const std::vector<double>*> series;
-  for (const auto& a : residual) series.push_back(&a);
-  const std::size_t chance = std::min(kChanceFits, expected.size());
-  for (std::size_t n = 0; n < chance; ++n) {
-    for (const auto& a : expected[n]) series.push_back(&a);
-  }
-  std::vector<AdditiveFit> fits = predicted_either_way(samples, series, used, o.fit);
+  out.axis = sizes(residual, expected, predicted_either_way(samples, series_of(residual, expected), used, o.fit));
   for (std::size_t a = 0; a < kAxes; ++a) {
-    AxisUnexplained& x = out.axis[a];
-    x.rms = std::sqrt(mean_square(residual[a]));
     std::vector<double> ratios;
-    for (const Axes& e : expected) {
-      x.rms_expected += mean_square(e[a]) / static_cast<double>(expected.size());
-      ratios.push_back(largest_ratio(samples, e[a], o.burst_window_s));
-    }
-    x.rms_expected = std::sqrt(x.rms_expected);
-    for (std::size_t n = 0; n < chance; ++n) x.explainable_by_chance = std::max(x.explainable_by_chance, fits[(n + 1) * kAxes + a].share);
-    x.explainable = std::move(fits[a]);
-    for (PartialCurve& c : x.explainable.curves) c.input = index[c.input];
+    for (const Axes& e : expected) ratios.push_back(largest_ratio(samples, e[a], o.burst_window_s));
     out.burst_limit[a] = std::max(o.criteria.fewest_u, quantile(ratios, 1.0 - o.criteria.chance));
     const std::vector<Burst> found = bursts(samples, residual[a], a, o.burst_window_s, out.burst_limit[a]);
-    double in_bursts = 0.0;
-    for (const Burst& b : found) {
-      for (const Piece& p : samples.pieces) {
-        if (p.flight != b.flight) continue;
-        for (std::size_t i = 0; i < p.count; ++i) {
-          const double t = p.start_s + static_cast<double>(i) * p.step_s;
-          if (t >= b.from_s && t < b.to_s) in_bursts += residual[a][p.first + i] * residual[a][p.first + i];
-        }
-      }
-    }
-    const double power = x.rms * x.rms * static_cast<double>(samples.size);
-    x.burst_share = power > 0.0 ? in_bursts / power : 0.0;
     out.bursts.insert(out.bursts.end(), found.begin(), found.end());
-    const bool real = expected.empty() || x.rms > 1.15 * x.rms_expected;
-    const bool predicted =
-        x.explainable.share > o.criteria.negligible && x.explainable_by_chance < o.criteria.larger_part * x.explainable.share;
-    out.kind[a] = predicted                                ? ResidualKind::systematic
-                  : x.burst_share > o.criteria.larger_part ? ResidualKind::bursts
-                  : real                                   ? ResidualKind::stochastic
-                                                           : ResidualKind::none;
   }
   std::stable_sort(out.bursts.begin(), out.bursts.end(),
                    [](const Burst& p, const Burst& q) { return p.flight != q.flight ? p.flight < q.flight : p.from_s < q.from_s; });
+  add_places(samples, inputs, out.bursts);
+  for (std::size_t a = 0; a < kAxes; ++a) {
+    AxisUnexplained& x = out.axis[a];
+    for (PartialCurve& c : x.explainable.curves) c.input = index[c.input];
+    add_burst_power(samples, residual[a], out.bursts, a, 0, samples.size, x);
+    out.kind[a] = kind_of(x, !expected.empty(), o.criteria);
+  }
+  if (samples.flights.size() > 1) out.flights = by_flight(samples, residual, expected, used, out.bursts, o);
   return out;
 }
 

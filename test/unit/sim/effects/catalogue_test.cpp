@@ -60,6 +60,7 @@ const std::map<std::string, Entry>& catalogue() {
       EXPECT_GE(typical_value, e.range[0]) << id;
       EXPECT_LE(typical_value, e.range[1]) << id;
       EXPECT_NE(typical_value, e.neutral) << id;
+      EXPECT_NE(t.text("next", "none"), "") << id;
       const auto same = t.has("twins") ? t.texts("twins") : std::vector<std::string>{};
       EXPECT_EQ(!same.empty(), e.kind == "class_only") << id << ": class_only names `twins`, others have none";
       EXPECT_EQ(t.has("needs"), e.kind == "not_observable") << id << ": not_observable says what else is needed, others do not";

@@ -8,20 +8,14 @@
 #include "bench/sysid/diagnose/report/diagnosis_text.hpp"
 #include "bench/sysid/diagnose/residual_verdict.hpp"
 #include "bench/sysid/diagnose/residuals/residual_findings.hpp"
+#include "test/unit/bench/sysid/diagnose/small_quadrotor.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
 
-constexpr std::size_t kForceZ = 2, kTorqueX = 3;
-
-estimate::ModelValues quadrotor_of_0_7_kg_and_125_mm() {
-  host::VehicleModel m;
-  m.mass_kg = 0.7;
-  m.inertia_kg_m2 = {2.4e-3, 3.4e-3, 5.2e-3};
-  const double l = 0.125 / std::sqrt(2.0);
-  m.rotors = {{{{l, -l, 0}, -1}, {{-l, l, 0}, -1}, {{l, l, 0}, 1}, {{-l, -l, 0}, 1}}};
-  return estimate::model_values(m);
-}
+using testing::kForceZ;
+using testing::kTorqueX;
+using testing::quadrotor_of_0_7_kg_and_125_mm;
 
 ResidualFindings left(std::size_t axis, ResidualKind kind, double rms, double expected, double explainable = 0.0) {
   ResidualFindings out;

@@ -285,5 +285,19 @@ TEST(Residuals, OfASensorWhoseScaleIs2percentOffHaveTheDerivativesOfDifferences)
   expect_derivatives_of_differences(s, v, {kCoreParameters});
 }
 
+TEST(Residuals, OfAnImuTurnedBy2And3DegreesAndScaledBy3percentHaveTheDerivativesOfDifferences) {
+  const Short s;
+  host::TermList terms;
+  std::vector<int> columns;
+  for (const char* id : {"imu_rotation", "gyro_scale", "accel_scale"}) terms.add(*host::find_term(id));
+  ModelValues v = model_values(guessed_vehicle(), terms);
+  const double values[] = {0.035, -0.05, 0.02, 0.03, 0.02, -0.01, -0.02, 0.01, 0.03};
+  for (int k = 0; k < 9; ++k) {
+    v[kCoreParameters + k] = values[k];
+    columns.push_back(kCoreParameters + k);
+  }
+  for (const double late_s : {0.0, 4e-3}) expect_derivatives_of_differences(s, v, columns, late_s);
+}
+
 }  // namespace
 }  // namespace rotorloop::estimate
