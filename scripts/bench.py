@@ -72,10 +72,34 @@ def identification(row):
     return {"own": own, "ceres": ceres, "em": em, "sizes": sizes}
 
 
+def emulated_chip():
+    """The program of the ESC on emulated chips with board, drive and bus: speed of four on one core, and instructions of the host for one
+    emulated one, counted by callgrind between 0.3 and 0.4 s, when the program has come up. Printed, not judged."""
+    elf = "build/firmware/bin/b_g431b_esc1.elf"
+    run = lambda seconds, chips: json.loads(pinned([f"{BIN}/bench_mcu_board", elf, str(seconds), str(chips)]))
+    four = min((run(1, 4) for _ in range(3)), key=lambda r: r["cpu_s"])
+    print(f"      emulated chips: four on one core {four['times_real_time']:.2f} times real time (wanted 1.2), "
+          f"{four['million_per_s']:.0f} million instructions a second", flush=True)
+    if not os.path.exists("/usr/bin/valgrind"):
+        print("skip  callgrind: valgrind is not installed", flush=True)
+        return four
+
+    def counted(seconds):
+        command = ["/usr/bin/valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", f"{BIN}/bench_mcu_board", elf, str(seconds)]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        return int(done.stderr.split("Collected :")[1].split()[0]), json.loads(done.stdout)["instructions"]
+
+    (a, first), (b, second) = counted(0.3), counted(0.4)
+    four["host_per_emulated"] = (b - a) / (second - first)
+    print(f"      emulated chip: {four['host_per_emulated']:.1f} instructions of the host for one emulated (wanted 24)", flush=True)
+    return four
+
+
 def main():
     p = argparse.ArgumentParser(description=__doc__)
     p.add_argument("--json", help="also write the figures here", default="build/bench/figures.json")
     p.add_argument("--identification", action="store_true", help="these figures alone")
+    p.add_argument("--chip", action="store_true", help="the figures of the emulated chip alone")
     p.add_argument("--against", help="folder of another revision, built (scripts/bench --against REV makes it)")
     args = p.parse_args()
     rows = []
@@ -86,6 +110,9 @@ def main():
         rows.append({"what": what, "value": value, "unit": unit, "limit": limit, "pass": ok})
         print(f"{'ok  ' if ok else 'MISS'}  {what:<58} {value:>12.4g} {unit:<8} limit {'<=' if lower_is_better else '>='} {limit:g}", flush=True)
 
+    if args.chip:
+        emulated_chip()
+        return
     if args.identification:
         identification(row)
         sys.exit(0 if all(r["pass"] for r in rows) else 6)
@@ -108,9 +135,10 @@ def main():
     row("mixer", google_benchmark(f"{BIN}/bench_control", "mixer/0") / 1e3, "us", 1.0, True)
     row("one ESC, one 24 kHz period (firmware and drive)", google_benchmark(f"{BIN}/bench_esc", "whole_period"), "ns", 400, True)
     fits = identification(row)
+    chip = emulated_chip()
     os.makedirs(os.path.dirname(args.json), exist_ok=True)
     with open(args.json, "w") as f:
-        json.dump({"loop": loop, "figures": rows, "identification": fits, "comparison": comparison}, f, indent=1)
+        json.dump({"loop": loop, "figures": rows, "identification": fits, "comparison": comparison, "chip": chip}, f, indent=1)
     sys.exit(0 if all(r["pass"] for r in rows) else 6)
 
 

@@ -1,4 +1,6 @@
 // Fetches, loads and stores that take the long way: bus, MPU, alignment, private peripheral bus.
+#include <algorithm>
+
 #include "sim/mcu/core/core.hpp"
 #include "sim/mcu/core/decode.hpp"
 #include "sim/mcu/core/handlers.hpp"
@@ -25,7 +27,7 @@ bool Core::raw_access(uint32_t address, uint32_t bytes, uint32_t& value, bool wr
   }
   if (write) {
     std::memcpy(here, &value, bytes);
-    if (region.holds_code) forget_decoded(address);
+    if (region.holds_code(address)) forget_decoded(address);
   } else {
     value = 0;
     std::memcpy(&value, here, bytes);
@@ -48,7 +50,8 @@ bool Core::slow_access(const Op& op, uint32_t address, uint32_t bytes, uint32_t&
     usage_fault(op, 1u << 24);  // UNALIGNED
     return false;
   }
-  if (!mpu_allows(address, kind, as_privileged) || !mpu_allows(address + bytes - 1, kind, as_privileged)) {
+  const bool in_one = (address & (bytes - 1)) == 0;  // a word that is aligned lies in one region
+  if (!mpu_allows(address, kind, as_privileged) || (!in_one && !mpu_allows(address + bytes - 1, kind, as_privileged))) {
     memory_fault(op, address, kind);
     return false;
   }
@@ -87,7 +90,13 @@ bool Core::fetch16(const Op& op, uint32_t address, uint32_t& value) {
     bus_fault(op, address, Access::fetch);
     return false;
   }
-  region.holds_code = true;
+  if (!region.holds_code(address) || !region.holds_code(address - 3)) {  // a word that begins three bytes before reaches in
+    const uint32_t from = std::max(address, region.base + 3) - 3, to = address + 2;
+    const bool first = region.code_bytes == 0;
+    const uint32_t end = first ? to : std::max(to, region.code_from + region.code_bytes);
+    region.code_from = first ? from : std::min(from, region.code_from);
+    region.code_bytes = end - region.code_from;
+  }
   tell_watches(address, 2, Access::fetch);
   uint16_t halfword = 0;
   std::memcpy(&halfword, here, 2);
@@ -110,6 +119,7 @@ void Core::decode_at(uint32_t pc) {
   } else {
     decode16(op, first, pc, (op.tag & kTagInIt) != 0);
   }
+  op.last_word = (pc + op.bytes - 2) >> 3;
   slot(pc) = op;
 }
 

@@ -22,9 +22,10 @@ struct MemoryRegion {
   uint32_t size_bytes = 0;
   bool writable = false;           // false: stores go to the bus (flash)
   bool behind_flash_port = false;  // fetches and loads wait as the flash does (flash_timing.hpp)
-  bool holds_code = false;         // something was decoded from it: set by the core
-  // Loads and stores that begin here are checked one by one: set by the core.
+  // Loads and stores that begin here are checked one by one; a store that begins here may change what is decoded: set by the core.
   uint32_t checked_from = 0, checked_bytes = 0;
+  uint32_t code_from = 0, code_bytes = 0;
+  bool holds_code(uint32_t address) const { return address - code_from < code_bytes; }
 };
 
 // At most one memory in each block of 16 MB: a load finds it with one look. Two memories that lie beside each other (SRAM and the second

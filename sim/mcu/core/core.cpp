@@ -36,6 +36,7 @@ void Core::reset(uint32_t vector_table) {
 
 void Core::restored() {
   context_ += kTagGeneration;
+  ready_words_.fill(~0u);
   update_context();
   system_register_changed();
 }
@@ -47,6 +48,7 @@ void Core::code_changed(uint32_t address, uint32_t bytes) {
     for (uint32_t at = 0; at < bytes + 4; at += 4) forget_decoded(address + at);
   }
   state.flash = FlashPortState{};
+  ready_words_.fill(~0u);
 }
 
 void Core::set_clocking(Clocking clocking, uint32_t wait_states) {
@@ -74,6 +76,13 @@ void Core::set_it(uint32_t it) {
   context_ = (context_ & ~kTagInIt) | (it != 0 ? kTagInIt : 0);
 }
 
+// The word is in the instruction cache, and nothing else of the instruction has to be looked for.
+inline bool Core::code_is_ready(uint32_t pc, uint32_t last_word) const {
+  const uint32_t first_word = pc >> 3;
+  return ready_words_[last_word % ready_words_.size()] == last_word && last_word != state.flash.prefetched_word &&
+         (first_word == last_word || first_word == state.flash.current_word);
+}
+
 template <bool kFlash>
 void Core::execute() {
   while (state.cycle < deadline_) {
@@ -84,8 +93,12 @@ void Core::execute() {
       continue;
     }
     if constexpr (kFlash) {
-      const uint32_t last_word = (pc + op.bytes - 2) >> 3;
-      if (last_word != state.flash.current_word) wait_for_flash_code(pc, last_word);
+      if (op.last_word != state.flash.current_word) {
+        if (code_is_ready(pc, op.last_word))
+          state.flash.current_word = op.last_word;
+        else
+          wait_for_flash_code(pc, op.last_word);
+      }
     }
     state.r[kPc] = pc + op.bytes;
     state.recent[state.instructions & 31] = pc;

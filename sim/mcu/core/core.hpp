@@ -33,7 +33,8 @@ enum class Watcher : uint8_t { chip, debugger };
 
 class Core {
  public:
-  // decoded_instructions: size of the cache of decoded instructions, a power of two; 32 768 cover 64 KB of code. No heap after this.
+  // decoded_instructions: size of the cache of decoded instructions, a power of two; 32 768 cover 64 KB of code, and 131 072 also 128 KB of
+  // flash with code in CCM beside it. No heap after this.
   Core(MemoryMap& memories, Bus& bus, uint32_t decoded_instructions = 32768);
 
   // --- for who runs it ------------------------------------------------------------------------------------------------
@@ -124,7 +125,7 @@ class Core {
   template <bool kFlash>
   void execute();
   void decode_at(uint32_t pc);
-  Op& slot(uint32_t pc) { return decoded_[((pc >> 1) ^ (pc >> 16)) & slot_mask_]; }
+  Op& slot(uint32_t pc) { return decoded_[((pc >> 1) ^ (pc >> 12)) & slot_mask_]; }
   void tell_watches(uint32_t address, uint32_t bytes, Access kind) {
     for (AccessWatch* w : watches_)
       if (w != nullptr) w->on_access(address, bytes, kind);
@@ -177,6 +178,7 @@ class Core {
   bool write_mpu(uint32_t offset, uint32_t value);
   void write_icsr(uint32_t value);
   void wait_for_flash_code(uint32_t pc, uint32_t last_word);
+  bool code_is_ready(uint32_t pc, uint32_t last_word) const;
   void wait_for_flash_data(uint32_t address);
   void add_waits(uint32_t cycles);
 
@@ -190,9 +192,12 @@ class Core {
   // What decides which loads and stores take the long way.
   struct Checks {
     MpuState mpu;
-    bool all = false;  // unaligned accesses are trapped, somebody watches, or a thread without privileges has no default map
+    bool all = false;           // unaligned accesses are trapped, somebody watches, or a thread without privileges has no default map
+    uint64_t from = 0, to = 0;  // every region of the MPU lies in here
   };
   Checks checks_;
+  // Words of flash known to be in the instruction cache, by their lowest bits: what `state.flash` has, found without a search.
+  std::array<uint32_t, 512> ready_words_;
   bool stop_at_breakpoints_ = false;
   Clocking clocking_ = Clocking::zero_wait;
   uint32_t wait_states_ = 4;
@@ -260,7 +265,7 @@ inline uint8_t* inside(const MemoryRegion& region, uint32_t address, uint32_t by
       return slow_access(op, address, sizeof(TYPE), value, true, privileged());                                    \
     const TYPE stored = static_cast<TYPE>(value);                                                                  \
     std::memcpy(bytes, &stored, sizeof stored);                                                                    \
-    if (region.holds_code) [[unlikely]]                                                                            \
+    if (region.holds_code(address)) [[unlikely]]                                                                   \
       forget_decoded(address);                                                                                     \
     return true;                                                                                                   \
   }
@@ -276,7 +281,8 @@ RL_MCU_STORE(store8, uint8_t)
 // A word at an address can hold the start of an instruction one halfword before it.
 inline void Core::forget_decoded(uint32_t address) {
   const uint32_t first = (address & ~1u) - 2;
-  for (uint32_t at = first; at != first + 8; at += 2) slot(at).tag = ~uint64_t{0};
+  for (uint32_t at = first; at != first + 8; at += 2)
+    if (Op& op = slot(at); (static_cast<uint32_t>(op.tag) & ~1u) == at) op.tag = ~uint64_t{0};
 }
 
 inline bool Core::prepare_fp(const Op& op) {

@@ -8,29 +8,27 @@ namespace {
 
 constexpr uint32_t kWordsOfLine = 4;
 
-// Whether a 64-bit word is in a cache; if not it is put there.
+// Where a line is; kLines where it is not.
 template <size_t kLines>
 uint32_t place_of(const FlashCache<kLines>& cache, uint32_t line) {
-  const uint32_t last = cache.place[line % cache.place.size()];
-  if (cache.line[last] == line && cache.valid[last] != 0) return last;
   for (uint32_t i = 0; i < kLines; ++i)
     if (cache.line[i] == line && cache.valid[i] != 0) return i;
   return kLines;
 }
 
-// Whether a 64-bit word is in the cache; if not it is put there.
+// Whether a 64-bit word is in the cache; if not it is put there, and `left` is the line that had to leave.
 template <size_t kLines>
-bool cached(FlashCache<kLines>& cache, uint32_t word) {
+bool cached(FlashCache<kLines>& cache, uint32_t word, uint32_t& left) {
   const uint32_t line = word / kWordsOfLine;
   const auto bit = static_cast<uint8_t>(1u << (word % kWordsOfLine));
   uint32_t place = place_of(cache, line);
   if (place == kLines) {
     place = cache.next;
     cache.next = (place + 1) % kLines;
+    left = cache.line[place];
     cache.line[place] = line;
     cache.valid[place] = 0;
   }
-  cache.place[line % cache.place.size()] = static_cast<uint8_t>(place);
   const bool hit = (cache.valid[place] & bit) != 0;
   cache.valid[place] |= bit;
   return hit;
@@ -56,10 +54,14 @@ void Core::wait_for_flash_code(uint32_t pc, uint32_t last_word) {
   for (uint32_t word = straight_on ? last_word : first_word; word <= last_word; ++word) {
     if (word == f.prefetched_word) {
       if (f.prefetch_ready_cycle > now) add_waits(static_cast<uint32_t>(f.prefetch_ready_cycle - now));
-    } else if (!cached(f.code, word)) {
-      add_waits(wait_states_);
     } else {
-      continue;  // a hit starts no prefetch: the flash stays free for data
+      uint32_t left = ~0u;
+      const bool hit = cached(f.code, word, left);
+      for (uint32_t i = 0; left != ~0u && i < kWordsOfLine; ++i)
+        if (uint32_t& known = ready_words_[(left * kWordsOfLine + i) % ready_words_.size()]; known == left * kWordsOfLine + i) known = ~0u;
+      ready_words_[word % ready_words_.size()] = word;
+      if (hit) continue;  // it starts no prefetch: the flash stays free for data
+      add_waits(wait_states_);
     }
     f.prefetched_word = word + 1;
     f.prefetch_ready_cycle = state.cycle + (clocking_ == Clocking::flash ? 0 : state.flash_waits) + wait_states_ + 1;
@@ -69,7 +71,8 @@ void Core::wait_for_flash_code(uint32_t pc, uint32_t last_word) {
 
 void Core::wait_for_flash_data(uint32_t address) {
   FlashPortState& f = state.flash;
-  if (wait_states_ != 0 && !cached(f.data, address >> 3)) add_waits(wait_states_);
+  uint32_t left = 0;
+  if (wait_states_ != 0 && !cached(f.data, address >> 3, left)) add_waits(wait_states_);
 }
 
 }  // namespace rotorloop::mcu

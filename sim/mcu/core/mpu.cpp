@@ -62,6 +62,7 @@ bool Core::mpu_allows(uint32_t address, Access kind, bool as_privileged) const {
   if ((state.mpu.ctrl & kMpuEnable) == 0 || address >> 20 == 0xE00) return !never_here;
   const bool below_faults = state.faultmask != 0 || state.nvic.active.has(kHardFault) || state.nvic.active.has(kNmi);
   if (below_faults && (state.mpu.ctrl & kHardFaultAndNmi) == 0) return !never_here;
+  if (as_privileged && (state.mpu.ctrl & kPrivilegedDefault) != 0 && !(address >= checks_.from && address < checks_.to)) return !never_here;
   return mpu_rule(address, kind, as_privileged);
 }
 
@@ -71,7 +72,13 @@ void Core::choose_checked() {
   const bool no_default = mpu && ((state.mpu.ctrl & kPrivilegedDefault) == 0 || (state.control & 1) != 0);
   const bool all = no_default || (state.scb.ccr & 8) != 0 || watches_[0] != nullptr || watches_[1] != nullptr;
   if (all == checks_.all && std::memcmp(&checks_.mpu, &state.mpu, sizeof state.mpu) == 0) return;
-  checks_ = {state.mpu, all};
+  checks_ = {state.mpu, all, ~uint64_t{0}, 0};
+  for (const MpuRegion& r : state.mpu.regions) {
+    if ((r.rasr & 1) == 0) continue;
+    const uint64_t bytes = uint64_t{2} << (r.rasr >> 1 & 31), base = r.rbar & ~(bytes - 1);
+    checks_.from = std::min(checks_.from, base);
+    checks_.to = std::max(checks_.to, base + bytes);
+  }
   for (MemoryRegion& memory : memories_->all()) {
     memory.checked_from = memory.base, memory.checked_bytes = all ? memory.size_bytes : 0;
     if (all || !mpu) continue;

@@ -16,6 +16,7 @@ struct Op {
   uint8_t bytes = 2, cycles = 1;
   uint8_t kind = 0;  // shift, width or variant, as its handler says
   uint8_t extra = 0;
+  uint32_t last_word = 0;  // of 64 bits, in which its last halfword lies: address / 8
 };
 static_assert(sizeof(Op) == 32);
 

@@ -82,7 +82,6 @@ struct FlashCache {
   std::array<uint32_t, kLines> line{};
   std::array<uint8_t, kLines> valid{};  // one bit for each word of the line
   uint32_t next = 0;                    // replaced in turn
-  std::array<uint8_t, 64> place{};      // where a line was last, by its lowest bits: spares a search, changes nothing
 };
 struct FlashPortState {
   FlashCache<32> code;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <type_traits>
+#include <vector>
 
 #include "sim/mcu/g431/clocks.hpp"
 #include "sim/mcu/g431/signals.hpp"
@@ -80,7 +81,10 @@ class Wires {
 class Block {
  public:
   Block(Wires& wires, const char* its_name, uint32_t at, uint32_t bytes, std::span<const Register> its_registers, Gate its_gate = {})
-      : name(its_name), base(at), size_bytes(bytes), registers(its_registers), gate(its_gate), wires_(wires) {}
+      : name(its_name), base(at), size_bytes(bytes), registers(its_registers), gate(its_gate), wires_(wires), places_(bytes / 4, kNowhere) {
+    for (size_t n = registers.size(); n-- > 0;)
+      if (registers[n].offset < bytes) places_[registers[n].offset / 4] = static_cast<uint16_t>(n);
+  }
   virtual ~Block() = default;
   Block(const Block&) = delete;
   Block& operator=(const Block&) = delete;
@@ -99,11 +103,15 @@ class Block {
   virtual uint64_t next_event() const { return kNever; }
   virtual bool listens(Signal) const { return false; }
   virtual void on_signal(Signal, bool /*high*/) {}
-  virtual void on_dma_request(uint32_t /*request*/, bool /*high*/, bool /*pulse*/) {}  // of the DMA alone
   // Clocks are about to change at now() (time so far was counted with the old ones), and did change.
   virtual void clocks_change() { advance(wires_.now()); }
   virtual void clocks_changed() {}
   virtual std::span<std::byte> state() = 0;
+
+  const Register* find(uint32_t offset) const {  // null: there is no such register
+    const uint16_t place = places_[offset / 4];
+    return place == kNowhere ? nullptr : &registers[place];
+  }
 
   const char* const name;
   const uint32_t base, size_bytes;
@@ -114,6 +122,10 @@ class Block {
  protected:
   void interrupt(uint32_t line, bool high) { wires_.set_interrupt(*this, line, high); }
   Wires& wires_;
+
+ private:
+  static constexpr uint16_t kNowhere = 0xFFFF;
+  std::vector<uint16_t> places_;  // of the register at each word
 };
 
 // A block whose registers are plain words, with `More` beside them. Registers read as last written in the bits that they keep.
@@ -140,8 +152,8 @@ class RegisterBlock : public Block {
   bool bit(uint32_t offset, uint32_t n) const { return (reg(offset) >> n & 1) != 0; }
   uint32_t field(uint32_t offset, uint32_t at, uint32_t bits) const { return reg(offset) >> at & ((1u << bits) - 1); }
   void keep(uint32_t offset, uint32_t value, uint32_t mask) {
-    for (const Register& r : registers)
-      if (r.offset == offset) reg(offset) = (reg(offset) & ~(r.keeps & mask)) | (value & r.keeps & mask);
+    const Register* r = find(offset);
+    if (r != nullptr) reg(offset) = (reg(offset) & ~(r->keeps & mask)) | (value & r->keeps & mask);
   }
   State s;
 };

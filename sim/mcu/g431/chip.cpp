@@ -23,7 +23,7 @@ int page_of(uint32_t address) {
 }  // namespace
 
 Chip::Chip(uint64_t unique_id, const Clocks& crystals)
-    : flash_(kFlashBytes, 0xFF), ram_(0x8000), information_(kInformationBytes, 0xFF), core_(map(), *this) {
+    : flash_(kFlashBytes, 0xFF), ram_(0x8000), information_(kInformationBytes, 0xFF), core_(map(), *this, 131072) {
   time_.clocks = crystals;
   blocks_ = std::make_unique<Blocks>(*this);
   pages_.resize(kPages);
@@ -38,7 +38,6 @@ Chip::Chip(uint64_t unique_id, const Clocks& crystals)
     for (uint32_t n = 0; n < listeners_.size(); ++n)
       if (n != 0 && block.listens(static_cast<Signal>(n))) listeners_[n].push_back(&block);
   });
-  due_.assign(all_.size(), kNever);
   fill_information(unique_id);
   power_up();
 }
@@ -97,8 +96,8 @@ void Chip::reset(uint32_t rcc_csr_flags, bool power_up) {
   time_ = {at_reset, now_, time_s_at(now_)};
   core_.set_clocking(Clocking::flash, 0);
   for (Block* block : all_) block->reset(power_up);
-  for (uint32_t n = 0; n < due_.size(); ++n) due_[n] = all_[n]->next_event();
-  next_due_ = due_.empty() ? kNever : *std::min_element(due_.begin(), due_.end());
+  ask_all();
+  next_due_ = due_.first();
   blocks_->rcc.add_reset_cause(rcc_csr_flags | kPinReset);  // every internal cause pulls the pin too (RM0440, 7.1.2)
   core_.state.nvic.line = {};
   core_.reset(0);
@@ -115,8 +114,8 @@ void Chip::change_clocks(const Clocks& clocks) {
   for (Block* block : all_) block->clocks_change();
   time_ = {clocks, now_, time_s_at(now_)};
   for (Block* block : all_) block->clocks_changed();
-  for (uint32_t n = 0; n < due_.size(); ++n) due_[n] = all_[n]->next_event();
-  next_due_ = std::max(now_, *std::min_element(due_.begin(), due_.end()));
+  ask_all();
+  next_due_ = std::max(now_, due_.first());
   core_.stop_at(next_due_);
 }
 
@@ -127,6 +126,10 @@ void Chip::reset_behind(uint8_t gate_offset, uint32_t bits) {
     block->reset(false);
     reschedule(*block);
   }
+}
+
+void Chip::ask_all() {
+  for (uint32_t n = 0; n < all_.size(); ++n) due_.set(n, all_[n]->next_event());
 }
 
 End Chip::run_until(uint64_t cycle) {
@@ -154,15 +157,15 @@ End Chip::run_until(uint64_t cycle) {
 
 void Chip::settle(uint64_t cycle) {
   while (next_due_ <= cycle) {
-    const auto first = std::min_element(due_.begin(), due_.end());
-    if (*first > cycle) {
-      next_due_ = *first;
+    const uint64_t first = due_.first();
+    if (first > cycle) {
+      next_due_ = first;
       break;
     }
-    now_ = std::max(now_, *first);
-    Block& block = *all_[static_cast<size_t>(first - due_.begin())];
-    block.advance(now_);
-    *first = block.next_event();
+    now_ = std::max(now_, first);
+    const uint32_t n = due_.whose();
+    all_[n]->advance(now_);
+    due_.set(n, all_[n]->next_event());
     next_due_ = 0;
   }
   now_ = std::max(now_, cycle);
@@ -170,7 +173,7 @@ void Chip::settle(uint64_t cycle) {
 
 void Chip::reschedule(const Block& block) {
   const uint64_t due = block.next_event();
-  due_[block.order] = due;
+  due_.set(block.order, due);
   next_due_ = std::min(next_due_, due);
   if (due != kNever) core_.stop_at(due);
 }
@@ -197,11 +200,15 @@ void Chip::set_signal(Signal signal, bool high) {
 void Chip::set_pin(uint32_t pin, Level level) { blocks_->port_of(pin).set_external(pin % 16, level); }
 
 void Chip::set_dma_request(uint32_t request, bool high) {
-  for (Block* block : all_) block->on_dma_request(request, high, false);
+  blocks_->dmamux.on_dma_request(request, high);
+  if (!high) return;
+  blocks_->dma1.on_dma_request(request, false);
+  blocks_->dma2.on_dma_request(request, false);
 }
 
 void Chip::pulse_dma_request(uint32_t request) {
-  for (Block* block : all_) block->on_dma_request(request, true, true);
+  blocks_->dma1.on_dma_request(request, true);
+  blocks_->dma2.on_dma_request(request, true);
 }
 
 Block* Chip::at(uint32_t address) const {
@@ -263,9 +270,9 @@ bool Chip::access(uint32_t address, uint32_t bytes, uint32_t& value, bool write,
     return true;
   }
   const uint32_t offset = (address - block->base) & ~3u;
-  const auto found = std::find_if(block->registers.begin(), block->registers.end(), [&](const Register& r) { return r.offset == offset; });
+  const Register* found = block->find(offset);
   if (!write) value = 0;
-  if (found == block->registers.end()) return refuse_access(block->name, "", "there is no such register");
+  if (found == nullptr) return refuse_access(block->name, "", "there is no such register");
   doing_.reg = found->name;
   if ((block->widths() & bytes) == 0) return refuse_access(block->name, found->name, "accesses of this width are not allowed");
   const uint32_t shift = 8 * (address & 3), mask = (bytes == 4 ? ~0u : (1u << 8 * bytes) - 1) << shift;
@@ -292,7 +299,7 @@ bool Chip::bus_write(uint32_t address, uint32_t bytes, uint32_t value) {
   uint8_t* here = memory(address, bytes);
   if (here == nullptr || !memories_.at(address).writable) return access(address, bytes, value, true, false);
   std::memcpy(here, &value, bytes);
-  if (memories_.at(address).holds_code) core_.code_changed(address, bytes);
+  if (memories_.at(address).holds_code(address)) core_.code_changed(address, bytes);
   return true;
 }
 
@@ -332,7 +339,7 @@ void Chip::restore(std::span<const std::byte> snapshot) {
   });
   core_.restored();
   watch_flash_loads(blocks_->flash.watches_loads());
-  for (uint32_t n = 0; n < due_.size(); ++n) due_[n] = all_[n]->next_event();
+  ask_all();
   next_due_ = 0;
 }
 

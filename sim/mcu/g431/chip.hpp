@@ -8,6 +8,7 @@
 
 #include "sim/mcu/core/core.hpp"
 #include "sim/mcu/g431/block.hpp"
+#include "sim/mcu/g431/due.hpp"
 #include "sim/mcu/g431/gpio.hpp"
 #include "sim/mcu/g431/memory_map.hpp"
 
@@ -129,6 +130,7 @@ class Chip : public Bus, public Wires, private AccessWatch {
   void on_access(uint32_t address, uint32_t bytes, Access kind) override;
   MemoryMap& map();
   void fill_information(uint64_t unique_id);
+  void ask_all();               // every block for its next event
   void settle(uint64_t cycle);  // all events up to it, in the order of their cycles, then of the blocks
   Block* at(uint32_t address) const;
   bool access(uint32_t address, uint32_t bytes, uint32_t& value, bool write, bool settle_first);
@@ -142,7 +144,7 @@ class Chip : public Bus, public Wires, private AccessWatch {
   Core core_;
   std::unique_ptr<Blocks> blocks_;
   std::vector<Block*> all_;
-  std::vector<uint64_t> due_;
+  Due due_;
   std::vector<Block*> pages_;                   // by 256 bytes: APB and AHB1, then AHB2
   std::vector<std::vector<Block*>> listeners_;  // by signal
   std::bitset<static_cast<size_t>(Signal::count)> levels_, heard_;

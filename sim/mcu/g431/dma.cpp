@@ -44,8 +44,7 @@ void Dmamux::write(uint32_t offset, uint32_t value, uint32_t mask) {
   if (offset >= 0x100 && (reg(offset) & 1u << 16) != 0) wires_.refuse("request generators of DMAMUX are not modelled");
 }
 
-void Dmamux::on_dma_request(uint32_t request, bool high, bool pulse) {
-  if (pulse) return;
+void Dmamux::on_dma_request(uint32_t request, bool high) {
   uint64_t& word = s.more.high[request >> 6];
   const uint64_t bit = uint64_t{1} << (request & 63);
   word = high ? word | bit : word & ~bit;
@@ -59,8 +58,7 @@ Dma::Dma(Wires& wires, const Dmamux& mux, uint32_t number)
   RegisterBlock::reset(true);
 }
 
-void Dma::on_dma_request(uint32_t request, bool high, bool pulse) {
-  if (!high) return;
+void Dma::on_dma_request(uint32_t request, bool pulse) {
   bool any = false;
   for (uint32_t c = 0; c < 6; ++c) {
     if (mux_.request_of(first_channel_ + c) != request || (reg(ccr(c)) & EN) == 0) continue;

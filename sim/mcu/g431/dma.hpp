@@ -13,7 +13,7 @@ class Dmamux : public RegisterBlock<0x148, DmamuxMore> {
   explicit Dmamux(Wires& wires);
   void reset(bool power_up) override;
   void write(uint32_t offset, uint32_t value, uint32_t mask) override;
-  void on_dma_request(uint32_t request, bool high, bool pulse) override;
+  void on_dma_request(uint32_t request, bool high);
   uint32_t request_of(uint32_t channel) const { return field(4 * channel, 0, 7); }
   bool held(uint32_t request) const { return (s.more.high[request >> 6] >> (request & 63) & 1) != 0; }
 };
@@ -30,7 +30,7 @@ class Dma : public RegisterBlock<0x80, DmaMore> {
   void write(uint32_t offset, uint32_t value, uint32_t mask) override;
   void advance(uint64_t cycle) override;
   uint64_t next_event() const override;
-  void on_dma_request(uint32_t request, bool high, bool pulse) override;
+  void on_dma_request(uint32_t request, bool pulse);
 
  private:
   int ready() const;  // the channel that is next, or -1

@@ -2,6 +2,7 @@
 #include "sim/mcu/g431/timer.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "sim/mcu/g431/timer_registers.hpp"
 
@@ -72,7 +73,9 @@ std::span<const Register> registers_of(const TimerKind& kind) {
 std::span<const TimerKind> timer_kinds() { return kKinds; }
 
 Timer::Timer(Wires& wires, const TimerKind& kind)
-    : RegisterBlock(wires, kind.name, kind.base, 0x400, registers_of(kind), kind.gate), kind_(kind) {
+    : RegisterBlock(wires, kind.name, kind.base, 0x400, registers_of(kind), kind.gate),
+      kind_(kind),
+      first_wire_(timer_signal(kind.number, TimerWire::ch1)) {
   reset(true);
 }
 
@@ -80,6 +83,13 @@ void Timer::reset(bool power_up) {
   RegisterBlock::reset(power_up);
   reg(ARR) &= top();
   s.more.reload = reg(ARR);
+  choose_outputs();
+  clocks_changed();
+}
+
+void Timer::clocks_changed() {
+  const Clocks& c = wires_.clocks();
+  s.more.cycles_of_a_tick = c.hclk_Hz / std::max(1u, kind_.apb2 ? c.tim2_Hz : c.tim1_Hz);
 }
 
 bool Timer::running() const { return (reg(CR1) & CEN) != 0 && s.more.reload != 0 && (field(SMCR, 0, 3) != 5 || s.more.gate_open); }
@@ -90,15 +100,12 @@ bool Timer::counts_by_itself() const {
   return running() && (sms == 0 || (sms >= 4 && sms != 7));
 }
 
-uint64_t Timer::tick() const {
-  const Clocks& c = wires_.clocks();
-  return uint64_t{c.hclk_Hz / std::max(1u, kind_.apb2 ? c.tim2_Hz : c.tim1_Hz)} * (s.more.prescaler + 1);
-}
-
 uint32_t Timer::frequency_Hz() const { return static_cast<uint32_t>(wires_.clocks().hclk_Hz / std::max<uint64_t>(1, tick())); }
 
-bool Timer::is_output(uint32_t channel) const {
-  return channel >= 4 ? kind_.advanced : channel < kind_.channels && (s.more.mode[channel] & 3) == 0;
+void Timer::choose_outputs() {
+  s.more.outputs = kind_.advanced ? 3u << 4 : 0;
+  for (uint32_t c = 0; c < kind_.channels; ++c)
+    if ((s.more.mode[c] & 3) == 0) s.more.outputs |= 1u << c;
 }
 
 // Whether anybody hears of what happens in a period. Else the flags are brought up to date when they are asked for.
@@ -116,20 +123,21 @@ uint64_t Timer::ticks_to_boundary() const {
   return m.counter <= m.reload ? uint64_t{m.reload} - m.counter + 1 : uint64_t{top()} - m.counter + 1;
 }
 
-uint64_t Timer::ticks_to_compare(uint32_t channel) const {
+uint64_t Timer::ticks_to_event() const {
   const TimerMore& m = s.more;
-  const uint32_t target = m.compare[channel];
-  if (!is_output(channel)) return kNever;
-  if (m.down) return target < m.counter ? m.counter - target : kNever;
-  return target > m.counter && target <= m.reload ? target - m.counter : kNever;
+  uint64_t ticks = ticks_to_boundary();
+  for (uint32_t left = m.outputs; left != 0; left &= left - 1) {
+    const uint32_t target = m.compare[static_cast<uint32_t>(std::countr_zero(left))];
+    const bool ahead = m.down ? target < m.counter : target > m.counter && target <= m.reload;
+    if (ahead) ticks = std::min<uint64_t>(ticks, m.down ? m.counter - target : target - m.counter);
+  }
+  return ticks;
 }
 
 uint64_t Timer::next_event() const {
   uint64_t next = *std::min_element(s.more.rise_at.begin(), s.more.rise_at.end());
   if (!counts_by_itself() || !seen_at_once()) return next;
-  uint64_t ticks = ticks_to_boundary();
-  for (uint32_t c = 0; c < 6; ++c) ticks = std::min(ticks, ticks_to_compare(c));
-  return std::min(next, s.more.tick_at + ticks * tick());
+  return std::min(next, s.more.tick_at + ticks_to_event() * tick());
 }
 
 void Timer::advance(uint64_t cycle) {
@@ -138,8 +146,7 @@ void Timer::advance(uint64_t cycle) {
     const auto rise = std::min_element(m.rise_at.begin(), m.rise_at.end());
     uint64_t ticks = kNever, at = kNever;
     if (counts_by_itself()) {
-      ticks = ticks_to_boundary();
-      for (uint32_t c = 0; c < 6; ++c) ticks = std::min(ticks, ticks_to_compare(c));
+      ticks = ticks_to_event();
       at = m.tick_at + ticks * tick();
       // Nobody heard the periods that passed: the flags are those of the last ones.
       const uint64_t period = (uint64_t{m.reload} + 1) * tick() * 2;
@@ -173,8 +180,8 @@ void Timer::step(uint64_t ticks) {
   const bool was_down = m.down, at_boundary = ticks == ticks_to_boundary();
   m.counter = m.down ? m.counter - static_cast<uint32_t>(ticks) : m.counter + static_cast<uint32_t>(ticks);
   if (at_boundary) boundary();
-  for (uint32_t c = 0; c < 6; ++c)
-    if (is_output(c) && m.compare[c] == m.counter) match(c, was_down);
+  for (uint32_t left = m.outputs; left != 0; left &= left - 1)
+    if (const auto c = static_cast<uint32_t>(std::countr_zero(left)); m.compare[c] == m.counter) match(c, was_down);
   follow_references();
   interrupts();
 }

@@ -25,6 +25,8 @@ struct TimerMore {
   uint64_t tick_at = 0;                                                   // cycle at which the counter took its value
   uint32_t counter = 0, prescaler = 0, reload = 0xFFFF, repetitions = 0;  // those that work, behind the preload
   uint32_t ccer = 0;
+  uint32_t outputs = 0;           // a bit for each channel that compares
+  uint64_t cycles_of_a_tick = 1;  // of the clock before the prescaler
   std::array<uint32_t, 6> compare{}, mode{};
   std::array<bool, 6> reference{};
   std::array<bool, 8> wanted{}, output{};  // outputs 1 to 4, then complementary 1 to 4; wanted: without dead time
@@ -45,21 +47,23 @@ class Timer : public RegisterBlock<0x400, TimerMore> {
   uint64_t next_event() const override;
   bool listens(Signal signal) const override;
   void on_signal(Signal signal, bool high) override;
+  void clocks_changed() override;
   uint32_t frequency_Hz() const;  // of one tick
   bool counts_down() const { return s.more.down; }
 
  private:
-  Signal wire(TimerWire w) const { return timer_signal(kind_.number, w); }
+  Signal wire(TimerWire w) const { return first_wire_ + static_cast<uint32_t>(w); }
   Signal wire(TimerWire w, uint32_t by) const { return wire(w) + by; }
   bool running() const;
   bool counts_by_itself() const;
   bool centred() const { return field(0x00, 5, 2) != 0; }
   uint32_t top() const { return kind_.wide ? 0xFFFFFFFFu : 0xFFFFu; }
-  uint64_t tick() const;
+  uint64_t tick() const { return s.more.cycles_of_a_tick * (s.more.prescaler + 1); }
   bool seen_at_once() const;
   uint64_t ticks_to_boundary() const;
-  uint64_t ticks_to_compare(uint32_t channel) const;
-  bool is_output(uint32_t channel) const;
+  uint64_t ticks_to_event() const;  // a boundary or a compare
+  bool is_output(uint32_t channel) const { return (s.more.outputs >> channel & 1) != 0; }
+  void choose_outputs();
   // Counting (timer.cpp)
   void step(uint64_t ticks);
   void boundary();
@@ -97,7 +101,8 @@ class Timer : public RegisterBlock<0x400, TimerMore> {
   void com_event();
   void follow_preload(bool com = false);
 
-  TimerKind kind_;
+  const TimerKind kind_;
+  const Signal first_wire_;
 };
 
 }  // namespace rotorloop::mcu::g431

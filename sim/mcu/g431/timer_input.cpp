@@ -49,6 +49,10 @@ bool Timer::listens(Signal signal) const {
 }
 
 void Timer::on_signal(Signal signal, bool high) {
+  const uint32_t n = index(signal);
+  const bool own = n - index(first_wire_) < static_cast<uint32_t>(TimerWire::count);
+  const bool comparator = n >= index(Signal::comp1_out) && n < index(Signal::exti0);
+  if (!own && !comparator && signal != trigger_source()) return;  // a trigger of another timer, which this one has not chosen
   advance(wires_.now());
   if (kind_.breaks) follow_breaks();
   if (kind_.slave && signal == etr_source() && !(field(SMCR, 0, 3) != 0 && trigger_source() == signal)) {

@@ -1,5 +1,6 @@
 // References, outputs with dead time and idle states, trigger outputs (RM0440, 28.3.8 to 28.3.17, 28.3.25).
 #include <algorithm>
+#include <bit>
 
 #include "sim/mcu/g431/timer.hpp"
 #include "sim/mcu/g431/timer_registers.hpp"
@@ -18,6 +19,7 @@ void Timer::follow_preload(bool com) {
     const uint32_t ocm = (mode >> 4 & 7) | (mode >> 5 & 8);
     if ((mode & 3) == 0 && ocm >= 8 && ocm < 12) wires_.refuse("output modes 8 to 11 (retriggerable pulses) are not modelled");
   }
+  choose_outputs();
   if (!preloaded) m.ccer = reg(CCER);
   for (uint32_t c = 0; c < kind_.channels; ++c) wires_.set_signal(wire(TimerWire::input1, c), (m.mode[c] & 3) != 0);
 }
@@ -66,19 +68,20 @@ bool Timer::compare_reference(uint32_t channel, bool matched) const {
 void Timer::follow_references(uint32_t matched) {
   TimerMore& m = s.more;
   const uint32_t count = kind_.advanced ? 6 : kind_.channels;
-  std::array<bool, 6> before = m.reference;
+  uint32_t changed = 0;
   for (uint32_t c = 0; c < count; ++c) {
     if (!is_output(c)) continue;
     bool level = compare_reference(c, matched == c);
     if ((m.mode[c] & 0x80) != 0 && m.cleared) level = false;  // OCxCE
+    changed |= static_cast<uint32_t>(m.reference[c] != level) << c;
     m.reference[c] = level;
   }
-  for (uint32_t c = 0; c < count; ++c) {
-    if (m.reference[c] == before[c]) continue;
+  for (uint32_t left = changed; left != 0; left &= left - 1) {
+    const auto c = static_cast<uint32_t>(std::countr_zero(left));
     wires_.set_signal(wire(TimerWire::oc1, c), m.reference[c]);
     trigger_out(4 + c);
   }
-  follow_outputs();
+  if (changed != 0 || matched >= 6) follow_outputs();  // after a match all is followed once more
 }
 
 uint64_t Timer::dead_time(uint32_t dtg) const {
@@ -86,8 +89,7 @@ uint64_t Timer::dead_time(uint32_t dtg) const {
                          : dtg < 0xC0 ? 2 * (64 + (dtg & 0x3F))
                          : dtg < 0xE0 ? 8 * (32 + (dtg & 0x1F))
                                       : 16 * (32 + (dtg & 0x1F));
-  const Clocks& c = wires_.clocks();
-  return uint64_t{ticks} << field(CR1, 8, 2) << (c.hclk_Hz / std::max(1u, kind_.apb2 ? c.tim2_Hz : c.tim1_Hz) / 2);
+  return uint64_t{ticks} << field(CR1, 8, 2) << s.more.cycles_of_a_tick / 2;
 }
 
 void Timer::follow_outputs() {
