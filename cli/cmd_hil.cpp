@@ -25,7 +25,8 @@ namespace {
 struct HilArguments {
   std::vector<std::string> scenarios, controllers;
   double controller_timeout_s = hil::ExternalController{}.timeout_s;
-  std::string out = "runs", name, seeds, variants, flights, vehicle;
+  std::string out = "runs", name, seeds, variants, flights, vehicle, pace;
+  double catch_up_ms = 1e-6 * static_cast<double>(Deadlines::kCatchUp_ns);
   std::filesystem::path junit;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   bool json = false, quiet = false, force = false, dry_run = false, no_logs = false;
@@ -81,6 +82,11 @@ void add_controllers(hil::Scenario& s, const HilArguments& o) {
 hil::Scenario narrowed(const std::string& path, const HilArguments& o) {
   auto s = hil::read_scenario(path);
   if (!o.seeds.empty()) s.seeds = hil::parse_seeds(o.seeds);
+  if (!o.pace.empty()) {
+    const auto pace = hil::parse_pace(o.pace);
+    if (!pace) throw Error({"--pace", fmt::format("\"{}\" is no pace", o.pace), "", fmt::format("give {}", hil::kPaceWords)});
+    s.bus.pace = *pace;
+  }
   add_controllers(s, o);
   if (!o.flights.empty()) choose_flights(s, o.flights);
   if (!o.vehicle.empty()) {
@@ -118,6 +124,8 @@ void print_result(const hil::Scenario& s, const hil::HilResult& r) {
   fmt::print("{}\n{}\n", s.name, hil::tracking_table_text(s, r.assessment, r.flights));
   if (const auto controllers = hil::controllers_text(r.assessment); !controllers.empty()) fmt::print("{}\n", controllers);
   if (const auto limits = hil::limits_text(r.assessment); !limits.empty()) fmt::print("{}\n", limits);
+  for (const hil::FlightResult& f : r.flights)
+    if (f.pace) fmt::print("{}/{}/{}: {}\n", f.flight, hil::variant_name(f.variant), f.seed, hil::pace_text(*f.pace));
   fmt::print("{}run:     {}\nreport:  {}\n", render::outcome_text(hil::outcome_of(r.result, r.folder)), r.folder.generic_string(),
              (r.folder / "report.html").generic_string());
 }
@@ -128,9 +136,10 @@ void add_cases(const hil::Scenario& s, const hil::RunResult& r, std::vector<Juni
     const bool completed = f.end == hil::FlightEnd::completed;
     const std::string why = fmt::format("{}{}", hil::flight_end_name(f.end), f.end_detail.empty() ? "" : ": " + f.end_detail);
     cases.push_back({s.name + ".flight", fmt::format("{}/{}/{}", f.flight, hil::variant_name(f.variant), f.seed),
-                     completed                                                                     ? JunitEnd::passed
-                     : f.end == hil::FlightEnd::interrupted || f.end == hil::FlightEnd::incomplete ? JunitEnd::error
-                                                                                                   : JunitEnd::failed,
+                     completed ? JunitEnd::passed
+                     : f.end == hil::FlightEnd::interrupted || f.end == hil::FlightEnd::incomplete || f.end == hil::FlightEnd::late
+                         ? JunitEnd::error
+                         : JunitEnd::failed,
                      completed ? "" : why});
   }
   for (const hil::LimitResult& l : r.limits) {
@@ -155,6 +164,7 @@ class HilOutput {
     else
       print_result(s, r);
     add_cases(s, r.result, cases_);
+    for (const hil::FlightResult& f : r.flights) late_ = late_ || f.end == hil::FlightEnd::late;
     failed_ = failed_ || r.result.verdict == hil::Verdict::fail;
     incomplete_ = incomplete_ || r.result.verdict == hil::Verdict::incomplete;
   }
@@ -162,13 +172,16 @@ class HilOutput {
     if (o_.json) fmt::print("{}", documents_.size() == 1 ? documents_.front() : fmt::format("[\n{}]\n", fmt::join(documents_, ",\n")));
     if (!o_.junit.empty()) write_text_file(o_.junit, junit_xml("rotorloop hil", cases_));
   }
-  int exit_code() const { return failed_ ? to_int(ExitCode::verdict) : incomplete_ ? to_int(ExitCode::incomplete) : 0; }
+  bool late() const { return late_; }
+  int exit_code() const {
+    return late_ ? to_int(ExitCode::safety) : failed_ ? to_int(ExitCode::verdict) : incomplete_ ? to_int(ExitCode::incomplete) : 0;
+  }
 
  private:
   const HilArguments& o_;
   std::vector<std::string> documents_;
   std::vector<JunitCase> cases_;
-  bool failed_ = false, incomplete_ = false;
+  bool failed_ = false, incomplete_ = false, late_ = false;
 };
 
 // Everything is read before the first flight: a slip in the last file is not found after an hour.
@@ -213,6 +226,7 @@ int hil(const HilArguments& o, const std::string& command_line, const RunHil& ru
     options.force = o.force;
     options.logs = !o.no_logs;
     options.jobs = o.jobs;
+    options.catch_up_ns = std::llround(1e6 * o.catch_up_ms);
     options.command_line = command_line;
     options.stop = stop.flag();
     try {
@@ -221,7 +235,7 @@ int hil(const HilArguments& o, const std::string& command_line, const RunHil& ru
       output.finish();
       throw;
     }
-    if (stop.asked()) break;
+    if (stop.asked() || output.late()) break;
   }
   output.finish();
   return stop.asked() ? stop.exit_code() : output.exit_code();
@@ -244,9 +258,20 @@ std::vector<std::string> words_of(const HilArguments& o) {
   add("--flights", o.flights);
   add("--name", o.name);
   add("--vehicle", o.vehicle);
+  add("--pace", o.pace);
   for (const auto& c : o.controllers) add("--controller", c);
   if (o.no_logs) w.push_back("--no-logs");
   return w;
+}
+
+void add_pace_options(CLI::App& c, HilArguments& o) {
+  c.add_option(
+      "--pace", o.pace,
+      "lockstep (as fast as it goes), realtime, or seconds of flight per second of real time; paced flights are flown one at a time");
+  c.add_option("--catch-up", o.catch_up_ms,
+               "of a paced flight: ms behind real time that are caught up; further behind, the motors are disarmed and the run ends with 4")
+      ->check(CLI::Range(1.0, 1e6))
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -270,6 +295,7 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   c->add_option("--controller-timeout", o->controller_timeout_s, "longest wait for an answer of a --controller, in seconds of real time")
       ->check(CLI::Range(hil::kLeastTimeout_s, hil::kMostTimeout_s))
       ->capture_default_str();
+  add_pace_options(*c, *o);
   c->add_option("-j,--jobs", o->jobs, "flights that run in parallel; the results do not depend on it")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
@@ -290,7 +316,8 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
       "  rotorloop hil scenarios/paper.toml --flights horizontal --seeds 1, --controller ./my_controller.so\n"
       "  rotorloop hil compare runs/paper runs/after            which figures changed by more than their scatter\n"
       "  rotorloop hil scenarios/paper.toml --json | jq .verdict\n"
-      "\nExit codes: 0 passed, 2 bad arguments or input file, 3 disk or device, 6 a limit was missed or a flight did not complete,\n"
+      "\nExit codes: 0 passed, 2 bad arguments or input file, 3 disk or device, 4 a paced flight could not keep up, 6 a limit was missed "
+      "or a flight did not complete,\n"
       "7 a limit needs flights that were not flown, 130 and 143 interrupted by SIGINT and SIGTERM (the flights until then are kept).\n"
       "rotorloop --help lists the codes of all commands.");
   add_hil_compare(*c, exit_code);

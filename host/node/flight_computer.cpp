@@ -279,6 +279,9 @@ std::string describe(const SafeState& safe) {
     case SafeReason::controller:
       what = "controller: no usable command three times in a row";
       break;
+    case SafeReason::late:
+      what = "too far behind real time";
+      break;
     case SafeReason::state_version:
       what = "state channel: the airframe has version " + std::to_string(safe.fault_code) + ", this computer version " +
              std::to_string(protocols::state::kVersion);

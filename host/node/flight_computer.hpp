@@ -32,7 +32,8 @@ enum class SafeReason : std::uint8_t {
   esc_not_following,
   bus_off,
   state_version,
-  controller
+  controller,
+  late
 };
 
 struct FlightComputerConfig {
@@ -84,6 +85,10 @@ class FlightComputer {
 
   FlightPhase phase() const { return phase_; }
   const SafeState& safe_state() const { return safe_; }
+  // Disarms for good: what runs this computer is too far behind real time.
+  void miss_time(std::int64_t now_us) {
+    if (phase_ != FlightPhase::safe) go_safe(SafeReason::late, -1, now_us);
+  }
   // The record of the newest control step, once.
   const FlightRecord* take_record();
   const Estimator& estimator() const { return estimator_; }

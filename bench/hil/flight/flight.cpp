@@ -150,7 +150,7 @@ bool ended_early(const Loop& loop, FlightResult& result) {
   }
   const bool safe = loop.computer().phase() == host::FlightPhase::safe;
   if (safe) {
-    result.end = FlightEnd::safe_state;
+    result.end = loop.computer().safe_state().reason == host::SafeReason::late ? FlightEnd::late : FlightEnd::safe_state;
     result.end_detail = host::describe(loop.computer().safe_state());
   } else if (loop.airframe().ended()) {
     result.end = FlightEnd::crashed;
@@ -158,6 +158,35 @@ bool ended_early(const Loop& loop, FlightResult& result) {
   }
   return safe || loop.airframe().ended();
 }
+
+// Holds a flight to real time, one deadline for each control step; does nothing in lockstep.
+class FlightPacer {
+ public:
+  FlightPacer(const Scenario& scenario, const FlightRequest& q) : clock_(scenario.bus.pace > 0.0 ? q.clock : nullptr) {
+    if (!clock_) return;
+    pace_ = scenario.bus.pace;
+    deadlines_.emplace(clock_->now_ns(), std::llround(kStep_ns / pace_), q.catch_up_ns);
+  }
+  // Before tick `n`: waits for its time.
+  void wait(std::int64_t n, Loop& loop) {
+    if (!deadlines_ || n % kTicksPerStep != 0) return;
+    clock_->wait_until(deadlines_->next_ns());
+    if (!deadlines_->begin_step(clock_->now_ns())) loop.miss_time();
+  }
+  void report(FlightResult& result) const {
+    if (!deadlines_) return;
+    result.pace = PaceResult{pace_, deadlines_->lateness()};
+    if (result.end != FlightEnd::late) return;
+    result.end_detail += fmt::format("; {:.1f} ms behind", 1e-6 * static_cast<double>(deadlines_->lateness().worst_ns));
+  }
+
+ private:
+  static constexpr int kTicksPerStep = kTicks_per_s / 1000;
+  static constexpr double kStep_ns = 1e6;
+  WaitClock* clock_;
+  double pace_ = 1.0;
+  std::optional<Deadlines> deadlines_;
+};
 
 void add_figures(Loop& loop, const FlightSums& sums, FlightOutcome& out) {
   FlightResult& result = out.result;
@@ -295,7 +324,9 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
   FlightSums sums;
 
   const auto ticks = static_cast<std::int64_t>(std::ceil(flight_duration_s(config, inputs.trajectories[q.flight]) * kTicks_per_s));
+  FlightPacer pacer(scenario, q);
   for (std::int64_t n = 0; n < ticks; ++n) {
+    pacer.wait(n, loop);
     loop.tick();
     if (const host::FlightRecord* r = loop.take_record()) {
       const PlantTruth* truth = loop.truth_at(r->time_us);
@@ -329,6 +360,7 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
   }
 
   result.tracking = meter.figures();
+  pacer.report(result);
   add_figures(loop, sums, out);
   logs.close(q.folder, folder);
   return out;

@@ -10,6 +10,7 @@
 #include "bench/hil/flight/metrics.hpp"
 #include "bench/hil/flight/run_folder.hpp"
 #include "bench/hil/flight/scenario.hpp"
+#include "host/base/real_time.hpp"
 #include "host/control/gains_file.hpp"
 #include "host/effects/vehicle_terms_file.hpp"
 #include "sim/plant/assemble.hpp"
@@ -42,6 +43,9 @@ struct FlightRequest {
   bool measure_cost = false;
   // Called at every control step whose truth the plant has stored, spin-up included.
   std::function<void(const host::FlightRecord&, const PlantTruth&)> observe = nullptr;
+  // Paced flights wait on it, BusChoice::pace says how fast; null in lockstep.
+  WaitClock* clock = nullptr;
+  std::int64_t catch_up_ns = Deadlines::kCatchUp_ns;  // further behind than this ends the flight in the safe state
 };
 
 // `advanced` gets the virtual seconds flown, about ten times per second of flight. `stop`: ends at the next such point.

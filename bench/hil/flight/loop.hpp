@@ -99,6 +99,8 @@ class Loop {
 
   const sim::Airframe& airframe() const { return dynamics_->airframe(); }
   const host::FlightComputer& computer() const { return *computer_; }
+  // Disarms the motors: whoever paces the flight cannot keep up.
+  void miss_time() { computer_->miss_time(now_ns_ / 1000); }
   sim::VirtualBus& esc_bus() { return *esc_bus_; }
   sim::VirtualBus& state_bus() { return *state_bus_; }
   const PlantCounters& counters() const { return counters_; }

@@ -134,6 +134,8 @@ std::string_view flight_end_name(FlightEnd end) {
       return "interrupted";
     case FlightEnd::incomplete:
       return "incomplete";
+    case FlightEnd::late:
+      return "late";
   }
   return "?";
 }
@@ -235,7 +237,8 @@ Assessment assess(const Scenario& s, const std::vector<FlightResult>& results, s
   };
   const bool unmeasured = std::any_of(a.limits.begin(), a.limits.end(), [](const auto& l) { return std::isnan(l.value); });
   const bool missed = std::any_of(a.limits.begin(), a.limits.end(), [](const auto& l) { return !l.pass; });
-  if (results.empty() || results.size() < planned || ended(FlightEnd::interrupted) || ended(FlightEnd::incomplete))
+  if (results.empty() || results.size() < planned || ended(FlightEnd::interrupted) || ended(FlightEnd::incomplete) ||
+      ended(FlightEnd::late))
     a.verdict = Verdict::incomplete;
   else if (ended(FlightEnd::crashed) || ended(FlightEnd::safe_state))
     a.verdict = Verdict::fail;  // a flight that did not finish is measured, whatever else could not be

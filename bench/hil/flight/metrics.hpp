@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bench/hil/flight/scenario.hpp"
+#include "host/base/deadlines.hpp"
 
 namespace rotorloop::hil {
 
@@ -70,8 +71,15 @@ enum class FlightEnd : std::uint8_t {
   safe_state,   // the flight computer disarmed the motors, for the reason in end_detail
   interrupted,  // the user stopped the run
   incomplete,   // the controller under test ended, hung, or broke its handshake: end_detail says which
+  late,         // paced: further behind real time than may be caught up; the motors were disarmed
 };
 std::string_view flight_end_name(FlightEnd end);
+
+// How a paced flight kept to real time.
+struct PaceResult {
+  double pace = 1.0;  // seconds of flight per second of real time
+  Lateness lateness;
+};
 
 // One flight, of one variant, with one seed. What was not measured stays not-a-number and is written as null.
 struct FlightResult {
@@ -91,6 +99,7 @@ struct FlightResult {
   double attitude_error_mean_deg = kNotMeasured, attitude_error_max_deg = kNotMeasured;
   double command_mean_rad_s = kNotMeasured, command_std_rad_s = kNotMeasured;
   std::map<std::string, double> counters;  // named counts of abnormal events (lost frames, limiter trips, …)
+  std::optional<PaceResult> pace;          // none: lockstep
 };
 
 // Over seeds. std is the sample standard deviation (n - 1), 0 for n = 1.
@@ -147,6 +156,7 @@ ErrorAxis table_axis(const Scenario& scenario, const std::string& flight);
 // mean, spread, estimate, reduction against the first variant flown, and the published figure if the scenario has one.
 std::string tracking_table_text(const Scenario& scenario, const Assessment& a, const std::vector<FlightResult>& results);
 std::string limits_text(const Assessment& a);
+std::string pace_text(const PaceResult& p);  // how late a paced flight was, in a line
 // Attitude error and motor commands of every variant, where a controller that is not ours flew; else empty.
 std::string controllers_text(const Assessment& a);
 

@@ -29,6 +29,25 @@ ErrorFigures error_figures(const Json& j) {
           number(j, "mean_z"),  number(j, "max_z"),  number(j, "mean_horizontal")};
 }
 
+Json to_json(const PaceResult& p) {
+  const Lateness& l = p.lateness;
+  return {{"pace", p.pace},
+          {"deadlines", l.steps},
+          {"missed", l.missed},
+          {"late_up_to_us", Lateness::kUpTo_us},
+          {"late_counts", l.counts},
+          {"late_p99_9_us", l.quantile_us(0.999)},
+          {"late_worst_us", 1e-3 * static_cast<double>(l.worst_ns)}};
+}
+PaceResult pace_result(const Json& j) {
+  PaceResult p{.pace = j.at("pace"), .lateness = {}};
+  p.lateness.steps = j.at("deadlines");
+  p.lateness.missed = j.at("missed");
+  p.lateness.counts = j.at("late_counts");
+  p.lateness.worst_ns = std::llround(1e3 * j.at("late_worst_us").get<double>());
+  return p;
+}
+
 Json to_json(const FlightResult& f) {
   Json j{{"flight", f.flight}, {"variant", variant_name(f.variant)}, {"seed", f.seed}, {"end", flight_end_name(f.end)}};
   if (!f.end_detail.empty()) j["end_detail"] = f.end_detail;
@@ -50,6 +69,7 @@ Json to_json(const FlightResult& f) {
   j["command_mean_rad_s"] = f.command_mean_rad_s;
   j["command_std_rad_s"] = f.command_std_rad_s;
   j["counters"] = f.counters;
+  if (f.pace) j["pace"] = to_json(*f.pace);
   return j;
 }
 
@@ -66,7 +86,8 @@ FlightResult flight_result(const Json& j) {
   f.flight = j.at("flight");
   f.variant = variant_of(j);
   f.seed = j.at("seed");
-  for (const auto e : {FlightEnd::completed, FlightEnd::crashed, FlightEnd::safe_state, FlightEnd::interrupted, FlightEnd::incomplete})
+  for (const auto e :
+       {FlightEnd::completed, FlightEnd::crashed, FlightEnd::safe_state, FlightEnd::interrupted, FlightEnd::incomplete, FlightEnd::late})
     if (flight_end_name(e) == j.at("end").get<std::string>()) f.end = e;
   f.end_detail = j.value("end_detail", "");
   f.duration_s = number(j, "duration_s");
@@ -88,6 +109,7 @@ FlightResult flight_result(const Json& j) {
   f.command_std_rad_s = number(j, "command_std_rad_s");
   if (j.contains("counters"))
     for (const auto& [name, value] : j.at("counters").items()) f.counters[name] = number(value);
+  if (j.contains("pace")) f.pace = pace_result(j.at("pace"));
   return f;
 }
 
@@ -121,6 +143,7 @@ std::string result_json_text(const RunResult& r) {
   j["logs"] = r.log_hashes;
   j["warnings"] = Json::array();
   for (const auto& w : r.warnings) j["warnings"].push_back({{"where", w.where}, {"what", w.what}});
+  if (!r.real_time.empty()) j["real_time"] = r.real_time;
   j["errors"] = r.errors;
   j["next"] = r.next;
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -173,6 +196,7 @@ RunResult read_result(const std::filesystem::path& run_folder) {
     r.log_sha256 = j.at("log_sha256");
     if (j.contains("logs")) r.log_hashes = j.at("logs").get<std::map<std::string, std::string>>();
     for (const auto& w : j.at("warnings")) r.warnings.push_back({w.at("where"), w.at("what")});
+    r.real_time = j.value("real_time", std::vector<std::string>{});
     r.errors = j.at("errors").get<std::vector<std::string>>();
     r.next = j.value("next", "");
     return r;

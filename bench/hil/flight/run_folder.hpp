@@ -46,8 +46,9 @@ struct RunResult {
   std::map<std::string, std::string> log_hashes;  // relative path -> sha256
   std::string log_sha256;
   std::vector<Warning> warnings;
-  std::vector<std::string> errors;  // why it did not pass (run_outcome.hpp)
-  std::string next;                 // what to do now
+  std::vector<std::string> real_time;  // of a paced run: what the system granted
+  std::vector<std::string> errors;     // why it did not pass (run_outcome.hpp)
+  std::string next;                    // what to do now
 };
 
 std::string result_json_text(const RunResult& r);                // pretty, ends with a newline

@@ -35,6 +35,8 @@ std::string next_step(const RunResult& r, const std::filesystem::path& folder) {
     case Verdict::incomplete:
       break;
   }
+  if (ended(r, FlightEnd::late))
+    return "fly it at a lower --pace, on a machine with less to do, or with what the warnings say about real time";
   if (ended(r, FlightEnd::incomplete))
     return "look at controller.log in the folder of the flight that its controller did not finish, then fly it again with --force";
   if (ended(r, FlightEnd::interrupted) || !unmeasured) return "fly it again with --force; what was flown until then is in the folder";

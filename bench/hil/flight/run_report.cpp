@@ -370,6 +370,9 @@ HilReport read_hil_report(const fs::path& folder) {
   for (const auto& f : r.flights) virtual_s += f.duration_s;
   if (r.wall_s > 0)
     out.facts.emplace_back("flown", fmt::format("{:.0f} s in {:.1f} s ({:.1f} × real time)", virtual_s, r.wall_s, virtual_s / r.wall_s));
+  if (!r.real_time.empty()) out.facts.emplace_back("granted", fmt::format("{}", fmt::join(r.real_time, ", ")));
+  for (const auto& f : r.flights)
+    if (f.pace) out.facts.emplace_back(fmt::format("real time, {}/{}/{}", f.flight, variant_name(f.variant), f.seed), pace_text(*f.pace));
   for (const auto& w : r.warnings) out.warnings.push_back(w.where.empty() ? w.what : w.where + ": " + w.what);
   out.table = table_of(s, a, r.flights);
   for (const auto& l : r.limits) out.limits.push_back({l.name, l.unit, l.value, l.limit, l.upper, l.pass});

@@ -39,6 +39,27 @@ std::vector<Warning> warnings_of(const Scenario& scenario, const Inputs& inputs,
   return out;
 }
 
+// Paced flights are flown one at a time, and none after one that was late: the next would be as well.
+std::vector<FlightOutcome> fly_all(const Scenario& scenario, const Inputs& inputs, std::vector<FlightRequest>& requests,
+                                   const RunOptions& options, RunFolder& folder, Progress& progress) {
+  std::vector<FlightOutcome> outcomes(requests.size());
+  WaitClock clock;
+  bool late = false;
+  const auto fly_one = [&](std::size_t i) {  // a world of its own: the order does not matter
+    if (late) return;
+    FlightRequest& q = requests[i];
+    q.clock = &clock;
+    q.catch_up_ns = options.catch_up_ns;
+    if (options.logs) q.folder = folder.flight_folder(scenario.flights[q.flight].name, q.variant, q.seed);
+    outcomes[i] = fly(
+        scenario, inputs, q, &folder, [&](double s) { progress.advance(s); }, options.stop);
+    progress.finished(outcomes[i].result);
+    if (outcomes[i].result.end == FlightEnd::late) late = true;
+  };
+  parallel_for(requests.size(), scenario.bus.pace > 0.0 ? 1 : options.jobs, fly_one, options.stop);
+  return outcomes;
+}
+
 }  // namespace
 
 HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress& progress) {
@@ -60,18 +81,12 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   folder.write_run_toml(r, options.command_line, scenario);  // first: a run that is killed is still known as one
 
   std::vector<FlightRequest> requests = plan(scenario);
-  std::vector<FlightOutcome> outcomes(requests.size());
   double total_s = 0.0;
   for (const FlightRequest& q : requests) total_s += flight_duration_s(scenario, inputs, q);
   progress.begin(requests.size(), total_s);
-  const auto fly_one = [&](std::size_t i) {  // a world of its own: the order does not matter
-    FlightRequest& q = requests[i];
-    if (options.logs) q.folder = folder.flight_folder(scenario.flights[q.flight].name, q.variant, q.seed);
-    outcomes[i] = fly(
-        scenario, inputs, q, &folder, [&](double s) { progress.advance(s); }, options.stop);
-    progress.finished(outcomes[i].result);
-  };
-  parallel_for(requests.size(), options.jobs, fly_one, options.stop);
+  RealTimeGrants grants;
+  if (scenario.bus.pace > 0.0) grants = ask_for_real_time();
+  const std::vector<FlightOutcome> outcomes = fly_all(scenario, inputs, requests, options, folder, progress);
   progress.end();
 
   for (const FlightOutcome& o : outcomes)
@@ -85,6 +100,8 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   r.log_hashes = folder.log_hashes();
   r.log_sha256 = hash_of_logs(r.log_hashes);
   r.warnings = warnings_of(scenario, inputs, out.flights);
+  for (const std::string& text : grants.refused) r.warnings.push_back({"real time", text});
+  r.real_time = grants.granted;
   r.errors = errors_of(r, requests.size());
   r.next = outcome_of(r, folder.path()).next;
   if (!options.logs) r.warnings.push_back({"logs", "none was kept (--no-logs): figures can be compared, bytes and plots over time cannot"});

@@ -17,9 +17,10 @@ struct RunOptions {
   std::string name;                         // empty: made from the scenario's name
   bool force = false;                       // replace an existing run folder
   bool logs = true;                         // false: figures alone are kept, no log of any flight
-  int jobs = 1;                             // flights at a time; results do not depend on it
-  std::string command_line;                 // for run.toml
-  const std::atomic<bool>* stop = nullptr;  // set by Ctrl-C: end the flights at the next step, write what there is
+  int jobs = 1;                             // flights at a time; results do not depend on it; a paced scenario is flown one at a time
+  std::int64_t catch_up_ns = Deadlines::kCatchUp_ns;  // of a paced scenario: further behind than this disarms the motors and ends the run
+  std::string command_line;                           // for run.toml
+  const std::atomic<bool>* stop = nullptr;            // set by Ctrl-C: end the flights at the next step, write what there is
 };
 
 struct FlightKey {

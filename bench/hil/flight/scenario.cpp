@@ -126,8 +126,10 @@ void read_bus(const TomlTable& root, Scenario& s) {
   if (!t) return;
   s.bus.esc = backend(*t, "esc");
   s.bus.state = backend(*t, "state");
-  if (t->choice("pace", {"lockstep", "realtime"}, "lockstep") == "realtime")
-    t->fail("pace", "bus.pace = \"realtime\": not built in; built in: lockstep", "", "set pace = \"lockstep\"");
+  const std::string pace = t->text("pace", "lockstep");
+  const auto parsed = parse_pace(pace);
+  if (!parsed) t->fail("pace", fmt::format("bus.pace = \"{}\" is no pace", pace), "", fmt::format("set {}", kPaceWords));
+  s.bus.pace = *parsed;
 }
 
 EscKind esc_kind(const TomlTable& t, const std::string& name) {
@@ -320,6 +322,15 @@ Scenario read_scenario(const std::filesystem::path& path) {
   for (const auto& c : s.external)
     if (!c.library.empty()) s.files.push_back(c.library);
   return s;
+}
+
+std::optional<double> parse_pace(std::string_view text) {
+  if (text == "lockstep") return 0.0;
+  if (text == "realtime") return 1.0;
+  double pace = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), pace);
+  if (error != std::errc{} || end != text.data() + text.size() || !(pace >= 0.01 && pace <= 10.0)) return std::nullopt;
+  return pace;
 }
 
 std::vector<std::uint64_t> parse_seeds(std::string_view text) {

@@ -20,13 +20,11 @@ struct FlightPlan {
   std::vector<std::string> effects;  // ids of effects that `rotorloop-studies effects` shows in this flight; unchecked, `hil` ignores them
 };
 
-enum class Pace : std::uint8_t { lockstep, realtime };
-
-// Backend names as text ("virtual:"). Only `virtual:` in lockstep is built in; reading refuses anything else.
+// Backend names as text ("virtual:"). Only `virtual:` is built in, as a scenario is one process; reading refuses anything else.
 struct BusChoice {
   std::string esc = "virtual:";
   std::string state = "virtual:";
-  Pace pace = Pace::lockstep;
+  double pace = 0.0;  // seconds of flight per second of real time, 0.01 to 10; 0: lockstep, as fast as it goes
 };
 
 // native: firmware core on a simulated drive. lag: a first-order RPM lag (ablation [ablation].esc_lag_s), no current loop.
@@ -124,6 +122,10 @@ struct Scenario {
   Ablation ablation;
   int airframe_Hz = 2000;  // rigid body and rotor aerodynamics; 1000, 2000, 4000 or 8000
 };
+
+// "lockstep", "realtime" or a number -> BusChoice::pace; nothing for any other text.
+std::optional<double> parse_pace(std::string_view text);
+inline constexpr const char* kPaceWords = "lockstep, realtime, or seconds of flight per second of real time, 0.01 to 10";
 
 // Throws Error (ExitCode::usage) with file, line, key, value, range and remedy.
 Scenario read_scenario(const std::filesystem::path& path);

@@ -103,6 +103,19 @@ std::string controllers_text(const Assessment& a) {
   return aligned(rows, 2);
 }
 
+std::string pace_text(const PaceResult& p) {
+  const Lateness& l = p.lateness;
+  std::string out = fmt::format("pace {}: {} deadlines, {} missed; 99.9 % late by at most {:.0f} us, worst {:.0f} us; late by", p.pace,
+                                l.steps, l.missed, l.quantile_us(0.999), 1e-3 * static_cast<double>(l.worst_ns));
+  for (std::size_t i = 0; i < l.counts.size(); ++i) {
+    if (l.counts[i] == 0) continue;
+    const bool last = i == Lateness::kUpTo_us.size();
+    out += fmt::format(" {} {} us: {},", last ? "more than" : "up to", Lateness::kUpTo_us[last ? i - 1 : i], l.counts[i]);
+  }
+  out.pop_back();
+  return out;
+}
+
 std::string limits_text(const Assessment& a) {
   if (a.limits.empty()) return "";
   std::vector<Row> rows{{"limit", "", "measured", "allowed"}};

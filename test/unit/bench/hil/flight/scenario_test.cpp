@@ -171,9 +171,16 @@ TEST_F(ScenarioFile, BusBackendThatDoesNotExist) {
   EXPECT_THAT(error(std::string(kGood) + "[bus]\nstate = \"carrier pigeon\"\n"),
               HasSubstr("bus.state = \"carrier pigeon\": not a bus backend"));
 }
-TEST_F(ScenarioFile, RealtimeIsRefusedUntilBuiltIn) {
-  EXPECT_THAT(error(std::string(kGood) + "[bus]\npace = \"realtime\"\n"),
-              HasSubstr("bus.pace = \"realtime\": not built in; built in: lockstep"));
+TEST(ScenarioPace, IsLockstepRealTimeOrANumber) {
+  EXPECT_EQ(parse_pace("lockstep"), std::optional(0.0));
+  EXPECT_EQ(parse_pace("realtime"), std::optional(1.0));
+  EXPECT_EQ(parse_pace("0.25"), std::optional(0.25));
+  for (const char* text : {"", "fast", "0", "0.009", "10.1", "1s", "nan"}) EXPECT_EQ(parse_pace(text), std::nullopt) << text;
+}
+TEST_F(ScenarioFile, PaceThatIsNoneIsRefusedWithWhatWouldBe) {
+  EXPECT_THAT(error(std::string(kGood) + "[bus]\npace = \"20\"\n"),
+              AllOf(HasSubstr("bus.pace = \"20\" is no pace"),
+                    HasSubstr("lockstep, realtime, or seconds of flight per second of real time, 0.01 to 10")));
 }
 TEST_F(ScenarioFile, EmulatedEscIsRefusedUntilBuiltIn) {
   EXPECT_THAT(error(std::string(kGood) + "[esc]\nkind = \"emulated\"\n"),
