@@ -45,7 +45,7 @@ def commit_of(folder):
 def finish(elf, commit, version):
     """The image: header and payload."""
     whole = elf.with_suffix(".bin")
-    tool("objcopy", "-O", "binary", "--remove-section=.boot_stub", elf, whole)
+    tool("objcopy", "-O", "binary", elf, whole)
     payload = whole.read_bytes()[HEADER_BYTES:]
     image = IMAGE["image"](payload, BOARD, *version, 0, commit)
     whole.write_bytes(image)

@@ -38,19 +38,21 @@ enum class ImageFault : std::uint8_t {
   too_large,
   empty,
   older_security_version,
-  damaged
+  damaged,
+  truncated
 };
 
 constexpr const char* image_fault_text(ImageFault fault) {
-  constexpr std::array<const char*, 9> kTexts{"image is fine",
-                                              "no rotorloop image: its header is missing",
-                                              "image header of an unknown version",
-                                              "image header is damaged",
-                                              "image is for another board",
-                                              "image is too large for this board",
-                                              "image is empty",
-                                              "image has an older security version than the installed one",
-                                              "image is damaged: its CRC does not fit"};
+  constexpr std::array<const char*, 10> kTexts{"image is fine",
+                                               "no rotorloop image: its header is missing",
+                                               "image header of an unknown version",
+                                               "image header is damaged",
+                                               "image is for another board",
+                                               "image is too large for this board",
+                                               "image is empty",
+                                               "image has an older security version than the installed one",
+                                               "image is damaged: its CRC does not fit",
+                                               "image is cut short: the file has fewer bytes than its header says"};
   return kTexts[static_cast<std::size_t>(fault)];
 }
 

@@ -4,7 +4,8 @@
 //         when updater.finished(): reset or jump; start what ApplicationArea::installed() says.
 // Order: file.GetInfo, the first block with the header, its check, and only then erase and program, block by block. A request that stays
 // unanswered is repeated after 1 s until anything was answered, then after four times the slowest answer, 100 ms to 1 s. 30 s without
-// a good block end the job: the old image runs on, or, if its place was already erased, the node waits on the bus and asks again.
+// a good block end the job: the old image runs on, or, if its place was already erased, the node waits on the bus and asks again. Then,
+// and after 5 s of silence already, another BeginFirmwareUpdate takes the place of the job. No page is erased while an answer is due.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -13,43 +14,25 @@
 #include <optional>
 #include <span>
 
+#include "firmware/core/node/allocation_client.hpp"
+#include "firmware/core/node/division.hpp"
 #include "firmware/core/node/text_line.hpp"
 #include "firmware/core/node/transmit_queue.hpp"
 #include "firmware/update/application_area.hpp"
 #include "firmware/update/image.hpp"
 #include "firmware/update/update_record.hpp"
+#include "firmware/update/updater_config.hpp"
 #include "protocols/receiver.hpp"
 #include "protocols/types.hpp"
 
 namespace rotorloop::firmware {
 
-struct UpdaterConfig {
-  std::array<char, 16> board = board_name("b_g431b_esc1");
-  const char* name = "org.rotorloop.esc";
-  std::array<std::uint8_t, 16> unique_id{};
-  std::uint8_t own_id = 0;  // when no job says it: as stored by the application
-  UpdateLayout layout{};
-};
-
-enum class UpdateEnd : std::uint8_t {
-  none,
-  installed,  // the new image is whole
-  refused,    // by its header: image_fault()
-  failed,     // no answer for 30 s, or an error of the server: the old image is untouched
-};
-
-struct UpdateCounters {
-  std::uint32_t blocks = 0;    // good ones
-  std::uint32_t repeated = 0;  // requests after a time-out
-  std::uint32_t stray = 0;     // answers to nothing that was asked
-  std::uint32_t flash_errors = 0;
-  std::uint32_t resumed_pages = 0;  // found in place after a reset
-};
-
 template <UpdateFlash Flash>
 class Updater {
  public:
   static constexpr std::uint64_t kGiveUp_us = 30'000'000, kFirstTimeout_us = 1'000'000, kLeastTimeout_us = 100'000;
+  static constexpr std::uint64_t kTakeOver_us = 5'000'000;  // without a good block: another job may take the place of this one
+  static constexpr std::uint32_t kDamagedTries = 2;         // files that come whole and are damaged, before the job ends
 
   Updater(Flash& flash, const UpdaterConfig& config)
       : config_(config),
@@ -58,12 +41,14 @@ class Updater {
         old_(area_.installed(config.board)),
         job_(record_.job()),
         own_id_(job_ ? job_->own_id : config.own_id),
-        receiver_(own_id_, kSubscriptions) {}
+        receiver_(own_id_, kSubscriptions),
+        allocation_(config.unique_id, 0) {}
 
   void on_frame(const CanFrame& frame, std::uint64_t now_us) {
     const auto t = receiver_.accept(frame, now_us);
     if (!t) return;
     if (t->id.kind == Kind::request) return on_request(*t, now_us);
+    if (t->id.kind == Kind::message) return on_allocation(*t, now_us);
     if (!waiting_ || t->id.source != job_->server || t->transfer_id != asked_transfer_ || t->id.data_type_id != asked_type_) {
       ++counters_.stray;
       return;
@@ -79,8 +64,12 @@ class Updater {
       start_us_ = good_us_ = next_status_us_ = now_us;
     }
     queue_.expire(now_us);
+    if (own_id_ == 0) {
+      if (const auto question = allocation_.poll(now_us)) queue_.push(*question, now_us);
+      return;
+    }
     send_status(now_us);
-    if (!job_ || end_ != UpdateEnd::none) return;
+    if (!job_ || end_ != UpdateEnd::none || !record_is_written()) return;
     if (now_us - good_us_ > kGiveUp_us) return give_up("no answer from the file server", now_us);
     if (waiting_ && now_us - asked_us_ < timeout_us()) return;
     if (waiting_) ++counters_.repeated;
@@ -96,6 +85,16 @@ class Updater {
   UpdateEnd end() const { return end_; }
   ImageFault image_fault() const { return fault_; }
   bool has_job() const { return job_.has_value(); }
+  const std::optional<ImageHeader>& application() const { return old_; }  // that was whole at the start
+  bool may_start() const { return end_ == UpdateEnd::installed || (old_ && !erased_); }
+  std::uint8_t own_id() const { return own_id_; }  // 0: not yet allocated
+  // What a node without a job says of itself in its NodeStatus.
+  void set_waiting(std::uint16_t vendor_status, protocols::Health health) { waiting_status_ = vendor_status, waiting_health_ = health; }
+  void say(protocols::LogMessage::Level level, const char* text, std::uint64_t now_us) {
+    const protocols::LogMessage m{.level = level, .source = "update", .text = text};
+    send({.kind = Kind::message, .priority = kLogPriority, .data_type_id = protocols::LogMessage::kType.id, .source = own_id_},
+         log_id_.next(), m, now_us);
+  }
   const UpdateCounters& counters() const { return counters_; }
   std::uint32_t offset() const { return offset_; }  // bytes of the image in place
 
@@ -108,12 +107,20 @@ class Updater {
   static constexpr std::uint8_t kRequestPriority = 24, kStatusPriority = 20, kLogPriority = 28;
   static constexpr std::uint32_t kBlock = protocols::FileRead::kBlock;
   static_assert(Flash::kFlashPageBytes % kBlock == 0);
-  static constexpr std::array kSubscriptions{protocols::subscribe(Kind::response, protocols::FileRead::kType),
+  static constexpr std::array kSubscriptions{protocols::subscribe(Kind::message, protocols::Allocation::kType),
+                                             protocols::subscribe(Kind::response, protocols::FileRead::kType),
                                              protocols::subscribe(Kind::response, protocols::FileGetInfo::kType),
                                              protocols::subscribe(Kind::request, protocols::GetNodeInfo::kType),
                                              protocols::subscribe(Kind::request, protocols::BeginFirmwareUpdate::kType)};
 
-  bool may_start() const { return end_ == UpdateEnd::installed || (old_ && !erased_); }
+  // The answer to BeginFirmwareUpdate leaves first: the record's page takes 22 ms to erase.
+  bool record_is_written() {
+    if (!record_due_) return true;
+    if (queue_.size() != 0) return false;
+    record_due_ = false;
+    if (!record_.begin(*job_)) ++counters_.flash_errors;
+    return true;
+  }
 
   void ask(std::uint64_t now_us) {
     waiting_ = true;
@@ -143,6 +150,7 @@ class Updater {
     }
     good_us_ = now_us;
     info_known_ = true;
+    file_bytes_ = r.error.value == protocols::FileError::kOk ? r.size : 0;
   }
 
   void on_block(const protocols::Transfer& t, std::uint64_t now_us) {
@@ -161,11 +169,13 @@ class Updater {
     ImageHeader h;
     fault_ = parse_image(block, h);
     if (fault_ == ImageFault::none) fault_ = check_image(h, config_.board, area_.bytes(), old_ ? old_->security_version : 0);
+    if (fault_ == ImageFault::none && file_bytes_ != 0 && file_bytes_ < kImageHeaderBytes + h.size) fault_ = ImageFault::truncated;
     if (fault_ != ImageFault::none) {
       finish(UpdateEnd::refused, image_fault_text(fault_), now_us);
       return false;
     }
     header_ = h;
+    if (*config_.trust != '\0') say(protocols::LogMessage::Level::info, config_.trust, now_us);
     std::copy_n(block.begin(), first_word_.size(), first_word_.begin());
     if (old_ && *old_ == h) {  // a cut came between the last word and the end of the job
       finish(UpdateEnd::installed, "image is installed already", now_us);
@@ -232,6 +242,7 @@ class Updater {
     // What is in place is of no use: from the beginning.
     ++counters_.flash_errors;
     fault_ = ImageFault::damaged;
+    if (++damaged_ >= kDamagedTries) return finish(UpdateEnd::refused, image_fault_text(fault_), now_us);
     say(protocols::LogMessage::Level::error, image_fault_text(fault_), now_us);
     begin_anew(now_us);
   }
@@ -270,7 +281,16 @@ class Updater {
     end_us_ = now_us;
     next_status_us_ = now_us;
     // Without an application to start the node stays and waits for a better image.
-    if (!may_start()) job_.reset(), end_ = UpdateEnd::none, header_.reset(), offset_ = 0, info_known_ = waiting_ = false;
+    if (may_start()) return;
+    job_.reset();
+    end_ = UpdateEnd::none;
+    forget_transfer();
+  }
+  void forget_transfer() {
+    header_.reset();
+    offset_ = damaged_ = 0;
+    counters_.resumed_pages = 0;
+    info_known_ = waiting_ = false;
   }
 
   void on_request(const protocols::Transfer& t, std::uint64_t now_us) {
@@ -279,6 +299,7 @@ class Updater {
       r.status = status(now_us);
       r.unique_id = config_.unique_id;
       r.set_name(config_.name);
+      for (const char* c = config_.trust; *c != '\0'; ++c) r.certificate.push_back(static_cast<std::uint8_t>(*c));
       respond(t, r, now_us);
       return;
     }
@@ -286,33 +307,40 @@ class Updater {
     if (!decode(t.payload, q)) return;
     using Response = protocols::BeginFirmwareUpdateResponse;
     Response r;
-    if (job_) {
+    const UpdateJob job{.server = q.source_node_id == 0 ? t.id.source : q.source_node_id, .own_id = own_id_, .path = q.path.path};
+    const bool same = job_ && job_->server == job.server && job_->path == job.path;
+    if (end_ != UpdateEnd::none || same || (job_ && now_us - good_us_ < kTakeOver_us)) {
       r.error = Response::Error::in_progress;
     } else {
-      job_ = UpdateJob{.server = q.source_node_id == 0 ? t.id.source : q.source_node_id, .own_id = own_id_, .path = q.path.path};
+      forget_transfer();
+      fault_ = ImageFault::none;
+      job_ = job;
       good_us_ = now_us;
-      if (!record_.begin(*job_)) ++counters_.flash_errors;
+      record_due_ = true;
     }
     respond(t, r, now_us);
   }
 
   protocols::NodeStatus status(std::uint64_t now_us) const {
     using protocols::Health;
-    return {.uptime_s = static_cast<std::uint32_t>((now_us - start_us_) / 1'000'000u),
-            .health = fault_ != ImageFault::none || end_ == UpdateEnd::failed ? Health::error : Health::ok,
+    const bool failed = fault_ != ImageFault::none || end_ == UpdateEnd::failed, idle = !job_;
+    return {.uptime_s = divide(now_us - start_us_, 1'000'000u).quotient,
+            .health = failed ? Health::error
+                      : idle ? waiting_health_
+                             : Health::ok,
             .mode = protocols::NodeMode::software_update,
-            .vendor_status = static_cast<std::uint16_t>(offset_ / kBlock)};
+            .vendor_status = idle ? waiting_status_ : static_cast<std::uint16_t>(offset_ / kBlock)};
+  }
+  void on_allocation(const protocols::Transfer& t, std::uint64_t now_us) {
+    protocols::Allocation a;
+    if (own_id_ != 0 || !decode(t.payload, a)) return;
+    if (const auto id = allocation_.on_message(a, now_us)) receiver_.set_own_node(own_id_ = *id);
   }
   void send_status(std::uint64_t now_us) {
-    if (own_id_ == 0 || now_us < next_status_us_) return;
+    if (now_us < next_status_us_) return;
     next_status_us_ = now_us + 500'000;
     send({.kind = Kind::message, .priority = kStatusPriority, .data_type_id = protocols::NodeStatus::kType.id, .source = own_id_},
          status_id_.next(), status(now_us), now_us);
-  }
-  void say(protocols::LogMessage::Level level, const char* text, std::uint64_t now_us) {
-    const protocols::LogMessage m{.level = level, .source = "update", .text = text};
-    send({.kind = Kind::message, .priority = kLogPriority, .data_type_id = protocols::LogMessage::kType.id, .source = own_id_},
-         log_id_.next(), m, now_us);
   }
   template <class T>
   void respond(const protocols::Transfer& q, const T& value, std::uint64_t now_us) {
@@ -337,6 +365,7 @@ class Updater {
   std::optional<UpdateJob> job_;
   std::uint8_t own_id_;
   protocols::Receiver<4, 260> receiver_;
+  AllocationClient allocation_;
   TransmitQueue<80> queue_;
   UpdateCounters counters_;
   std::optional<ImageHeader> header_;  // of the image that comes; accepted
@@ -345,10 +374,12 @@ class Updater {
   ImageFault fault_ = ImageFault::none;
   UpdateEnd end_ = UpdateEnd::none;
   std::uint64_t start_us_ = 0, good_us_ = 0, asked_us_ = 0, slowest_us_ = 0, next_status_us_ = 0, end_us_ = 0;
-  std::uint32_t offset_ = 0;
-  std::uint16_t asked_type_ = 0;
+  std::uint64_t file_bytes_ = 0;  // as the server says; 0: it does not
+  std::uint32_t offset_ = 0, damaged_ = 0;
+  std::uint16_t asked_type_ = 0, waiting_status_ = 0;
+  protocols::Health waiting_health_ = protocols::Health::ok;
   std::uint8_t asked_transfer_ = 0;
-  bool started_ = false, waiting_ = false, info_known_ = false, erased_ = false;
+  bool started_ = false, waiting_ = false, info_known_ = false, erased_ = false, record_due_ = false;
 };
 
 }  // namespace rotorloop::firmware

@@ -21,7 +21,7 @@ ARROWS = {
     "firmware/core": ["protocols", "firmware/board/board.hpp"],  # board.hpp is the concept, not a board
     "firmware/board": ["firmware/core", "protocols"],
     "firmware/update": ["firmware/core", "protocols"],
-    "firmware/bootloader": ["firmware", "protocols"],
+    "firmware/boot": ["firmware", "protocols"],
     "firmware/app": ["firmware", "protocols"],
     "host/base": [],
     "host/bus": ["host/base", "protocols"],
@@ -83,7 +83,7 @@ NEVER_REACHES = [
 GENERATED_HEADERS = ["rotorloop_version.hpp", "rotorloop_effects.hpp"]  # made by CMake in the build folder
 
 # --- (b) headers of what runs on a target -----------------------------------------------------------------------------
-TARGET_ROOMS = ["firmware/core", "firmware/board/g431", "firmware/update", "firmware/app", "protocols"]
+TARGET_ROOMS = ["firmware/core", "firmware/board/g431", "firmware/update", "firmware/boot", "firmware/app", "protocols"]
 TARGET_HEADERS = {
     "algorithm", "array", "bit", "cfloat", "climits", "cmath", "compare", "concepts", "cstddef", "cstdint", "initializer_list",
     "limits", "optional", "span", "type_traits", "version",

@@ -65,7 +65,7 @@ StartReport EscBoard::start() {
   StartReport report;
   g431::rcc().apb1enr1.set(g431::rcc_bits::kPwr);
   g431::pwr().cr3.set(g431::pwr_bits::kUcpdDeadBatteryOff);
-  cause_ = g431::take_reset_cause();
+  take_cause();
   report.clocks = g431::start_clocks();
   g431::start_iwdg();
   g431::start_microseconds();
@@ -83,6 +83,14 @@ StartReport EscBoard::start() {
   g431::start_bridge_timer(kTiming);
   if (report.ok()) charge_bootstrap();
   return report;
+}
+
+// A bootloader resets the chip once more before it starts us, and says what was before that.
+void EscBoard::take_cause() {
+  cause_ = g431::take_reset_cause();
+  const firmware::Handover told = read_handover();
+  booted_ = told.stage == firmware::BootStage::started;
+  if (booted_) cause_ = told.cause;
 }
 
 void EscBoard::start_sampling() {
@@ -133,6 +141,7 @@ bool EscBoard::flash_program(std::uint32_t page, std::uint32_t offset, std::uint
 void EscBoard::restart() {
   bridge_off();
   hold_gates_low();
+  write_handover({.stage = firmware::BootStage::restart});
   g431::synchronise();
   g431::request_reset();
 #ifdef __arm__
@@ -148,6 +157,9 @@ void EscBoard::end_of_turn() {
   if (!kicked_) return;
   kicked_ = false;
   g431::feed_iwdg();
+  if (!booted_ || clock_.now() < firmware::Handover::kHealthy_us) return;
+  booted_ = false;
+  write_handover({.stage = firmware::BootStage::healthy});
 }
 
 // Once in each turn; one division.

@@ -76,6 +76,7 @@ class EscBoard : public firmware::B_G431B_ESC1_Scales {
  private:
   void follow_reference();
   void charge_bootstrap();
+  void take_cause();
   void wait_us(std::uint32_t us) const;
 
   // What the interrupt uses comes first: its offsets fit into the instructions.
@@ -83,6 +84,7 @@ class EscBoard : public firmware::B_G431B_ESC1_Scales {
   std::uint32_t bus_scale_ = 1u << 12u;  // of 4096: supply of the converters over 3.3 V
   g431::Microseconds clock_;
   bool kicked_ = false;
+  bool booted_ = false;  // by a bootloader that has not yet been told that all is well
   firmware::ResetCause cause_ = firmware::ResetCause::unknown;
   g431::TextOut text_;
   g431::Fdcan can_;

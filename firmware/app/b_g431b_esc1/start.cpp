@@ -49,8 +49,6 @@ struct VectorTable {
   std::array<Vector, kVectors - 1> entries;
 };
 [[gnu::section(".vectors"), gnu::used]] constinit const VectorTable kTable{link_stack_top, vectors()};
-// At the reset's address, for a board without a bootloader: the same entries.
-[[gnu::section(".boot_stub"), gnu::used]] constinit const VectorTable kStub{link_stack_top, vectors()};
 
 void copy_words(std::uint32_t* to, const std::uint32_t* end, const std::uint32_t* from) {
   while (to != end) *to++ = *from++;

@@ -59,6 +59,16 @@ class ParameterStore {
     return out;
   }
 
+  // One value as it is stored, by parameter_hash(): for a program that knows none of the others.
+  std::optional<float> value(std::uint32_t hash) const {
+    const auto newest = newest_page();
+    for (std::uint32_t i = 1; newest && i <= newest->count; ++i) {
+      const std::uint64_t word = read(newest->page, i).value_or(0);
+      if (static_cast<std::uint32_t>(word) == hash) return std::bit_cast<float>(static_cast<std::uint32_t>(word >> 32));
+    }
+    return std::nullopt;
+  }
+
   // Into the page that does not hold the newest values. False: the flash refused; the values before are still there.
   bool save(const Parameters& p) {
     const auto newest = newest_page();
