@@ -131,7 +131,8 @@ def bound(elf):
         done.add(name)
 
     done = set()
-    for entry in ENTRIES:
+    entries = [name for name in ENTRIES if name in graph]
+    for entry in entries:
         walk(entry, [], done)
     said = frames_said(elf.resolve().parent.parent)
     unknown = [f"{name}: it grows ({kind})" for name, _, kind in said if kind != "static"]
@@ -139,4 +140,4 @@ def bound(elf):
         unknown.append("a function: the compiler says a larger one than the instructions show")
     if not said:
         unknown.append("any function: the .su files of the build are missing")
-    return Bound({entry: depth(entry) for entry in ENTRIES}, loops, unknown)
+    return Bound({entry: depth(entry) for entry in entries}, loops, unknown)

@@ -8,16 +8,18 @@ import shutil
 import subprocess
 import sys
 
-TARGET = "b_g431b_esc1.elf"
+TARGET, BOOT = "b_g431b_esc1.elf", "b_g431b_esc1_boot.elf"
 NEEDED = ("CMakeLists.txt", "CMakePresets.json", "cmake", "protocols", "firmware", "host", "scripts")
 
 
 def build(source, folder):
     subprocess.run(["cmake", "--preset", "firmware", "-S", str(source), "-B", str(folder)], cwd=source, check=True, stdout=subprocess.DEVNULL)
-    subprocess.run(["cmake", "--build", str(folder), "--target", TARGET], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--build", str(folder), "--target", TARGET, BOOT], check=True, stdout=subprocess.DEVNULL)
     elf = folder / "bin" / TARGET
     image = [sys.executable, "-B", str(source / "scripts/firmware_image.py"), str(elf), "--commit", "0", "--check"]
-    return subprocess.run(image).returncode, elf.with_suffix(".bin").read_bytes()
+    boot = [sys.executable, "-B", str(source / "scripts/boot_check.py"), str(folder / "bin" / BOOT), "--check"]
+    code = subprocess.run(image).returncode or subprocess.run(boot).returncode
+    return code, elf.with_suffix(".bin").read_bytes() + (folder / "bin" / BOOT).read_bytes()
 
 
 def main(source, work):
@@ -33,7 +35,7 @@ def main(source, work):
     _, second = build(other, other / "build")
     if first != second:
         at = next((i for i, (a, b) in enumerate(zip(first, second)) if a != b), min(len(first), len(second)))
-        print(f"{TARGET}: built in another folder the image differs from byte {at:#x} on", file=sys.stderr)
+        print(f"{TARGET} and {BOOT}: built in another folder they differ from byte {at:#x} on", file=sys.stderr)
         return 1
     return 1 if code else 0
 

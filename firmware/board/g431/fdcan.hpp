@@ -70,6 +70,7 @@ class Fdcan {
   // overtake an earlier one of its transfer. So a buffer below one that waits is not used before all have left.
   bool ready() const;
   bool send(const CanFrame& frame);
+  bool all_sent() const { return (fdcan().txbrp.read() & 7u) == 0; }
   std::optional<firmware::Received<CanFrame>> receive() { return ring_.pop(); }
   bool set_filters(std::span<const CanFilter> filters);
   BusState state() const;

@@ -79,6 +79,8 @@ void hear_only(std::uint8_t own_id) {
   Handover h{.failures = boot.installed_another() ? std::uint8_t{0} : config.failures, .cause = config.cause};
   if (step == firmware::BootStep::start) h.stage = BootStage::start;
   write_handover(h);
+  // What was said last is still in the controller: three frames, unless nobody acknowledges them.
+  for (const std::uint64_t until = clock.now() + 2'000; !can.all_sent() && clock.now() < until;) g431::feed_iwdg();
   reset_chip();
 }
 

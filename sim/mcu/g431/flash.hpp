@@ -48,6 +48,7 @@ class Flash : public RegisterBlock<0x74, FlashMore> {
     s.more.cut_at = s.more.operations + operation;
     s.more.cut_leaves = leaves;
   }
+  uint32_t operations() const { return s.more.operations; }  // programmed words and erased pages so far
   // For tests: what a double word has become in the years.
   void damage(uint32_t address, TornWord how);
 
