@@ -153,7 +153,7 @@ class Linter:
         self.files = set(tree)
         self.findings = []
         self.text = {name: text for name, text in tree.items() if text is not None}
-        self.sources = [f for f in self.text if f.endswith(rules.SOURCE_SUFFIXES)]
+        self.sources = [f for f in self.text if f.endswith(rules.SOURCE_SUFFIXES) and not inside(f, rules.VENDORED)]
 
     def report(self, path, line, rule, what, remedy):
         self.findings.append(Finding(path, line, rule, what, remedy))
