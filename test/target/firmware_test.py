@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 TARGET, BOOT = "b_g431b_esc1.elf", "b_g431b_esc1_boot.elf"
-NEEDED = ("CMakeLists.txt", "CMakePresets.json", "cmake", "protocols", "firmware", "host", "scripts")
+NEEDED = ("CMakeLists.txt", "CMakePresets.json", "cmake", "protocols", "firmware", "host", "scripts", "third_party")
 
 
 def build(source, folder):
