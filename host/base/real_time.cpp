@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 
 #include <cerrno>
 #include <charconv>
@@ -32,6 +33,20 @@ int first_usable(const std::string& list, const cpu_set_t& usable) {
     at = after + 1;
   }
   return -1;
+}
+
+// Only without a limit: with one, whatever is allocated beyond it later would fail in the middle of a flight.
+void lock_memory(RealTimeGrants& out) {
+  const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
+  rlimit limit{};
+  const bool free =
+      setrlimit(RLIMIT_MEMLOCK, &unlimited) == 0 || (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY);
+  if (free && mlockall(MCL_CURRENT | MCL_FUTURE) == 0) {
+    out.granted.emplace_back("memory locked");
+    return;
+  }
+  const std::string why = free ? std::strerror(errno) : fmt::format("this process may lock {} KiB", limit.rlim_cur / 1024);
+  out.refused.push_back(fmt::format("memory not locked: {}; allow it with ulimit -l unlimited", why));
 }
 
 void take_cpu(RealTimeGrants& out) {
@@ -65,10 +80,7 @@ RealTimeGrants ask_for_real_time() {
   else
     out.refused.push_back(
         fmt::format("no SCHED_FIFO: {}; allow it with ulimit -r {}, or LimitRTPRIO= of systemd", std::strerror(errno), kPriority));
-  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0)
-    out.granted.emplace_back("memory locked");
-  else
-    out.refused.push_back(fmt::format("memory not locked: {}; allow it with ulimit -l unlimited", std::strerror(errno)));
+  lock_memory(out);
   take_cpu(out);
   return out;
 }
