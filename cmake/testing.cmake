@@ -10,12 +10,13 @@ function(rl_full)
   add_dependencies(full ${ARGN})
 endfunction()
 
-# rl_test(NAME SOURCES… DEPENDS… [LABELS…] [ALONE…]): one GoogleTest binary, one ctest entry per binary.
+# rl_test(NAME SOURCES… DEPENDS… [LABELS…] [ALONE…] [IN_GUEST]): one GoogleTest binary, one ctest entry per binary.
 # The files of one program are compiled together (rl_unity): a test spends most of its compiling on the headers that they share.
 # ALONE: those of them that are not, for a name of theirs is another file's too, or they replace what the whole program uses.
 # Label "full" keeps a test out of the fast tier (scripts/check runs without it, scripts/check --full with it).
+# IN_GUEST: no entry of its own; it is run in a guest by those of test/vm.
 function(rl_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPENDS;LABELS;ALONE" ${ARGN})
+  cmake_parse_arguments(ARG "IN_GUEST" "TIMEOUT" "SOURCES;DEPENDS;LABELS;ALONE" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -34,8 +35,10 @@ function(rl_test name)
     target_link_options(${name} PRIVATE -fuse-ld=lld)
   endif()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test-bin)
-  add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "googletest;${ARG_LABELS}")
+  if(NOT ARG_IN_GUEST)
+    add_test(NAME ${name} COMMAND ${name})
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "googletest;${ARG_LABELS}")
+  endif()
 endfunction()
 
 # rl_live(TEST…): tests of processes in real time, which wait for a minute or two and compute for seconds. One at a time and first, beside

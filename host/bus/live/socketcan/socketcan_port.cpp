@@ -36,11 +36,10 @@ struct SocketCanPort::Batch {
   std::array<Control, kBatch> controls{};
   std::array<mmsghdr, kBatch> messages{};
 
-  void prepare() {
+  Batch() {
     for (std::size_t i = 0; i < kBatch; ++i) {
       parts[i] = {.iov_base = &frames[i], .iov_len = sizeof frames[i]};
       msghdr& m = messages[i].msg_hdr;
-      m = {};
       m.msg_iov = &parts[i];
       m.msg_iovlen = 1;
       m.msg_control = controls[i].bytes.data();
@@ -171,9 +170,9 @@ void SocketCanPort::lose(int reason) {
 }
 
 void SocketCanPort::fill() {
+  for (std::size_t i = 0; i < count_; ++i) batch_->messages[i].msg_hdr.msg_controllen = kControl_B;  // the system had shortened it
   next_ = count_ = 0;
   if (lost_ != 0) return;
-  batch_->prepare();
   const int received = ::recvmmsg(socket_, batch_->messages.data(), kBatch, MSG_DONTWAIT, nullptr);
   if (received > 0) count_ = static_cast<std::size_t>(received);
   if (received < 0 && ends_the_connection(errno)) lose(errno);
@@ -203,7 +202,6 @@ std::optional<StampedBusFrame> SocketCanPort::take(std::size_t i) {
   const mmsghdr& message = batch_->messages[i];
   StampedBusFrame received;
   const bool own = (message.msg_hdr.msg_flags & MSG_CONFIRM) != 0;
-  if (!own) received.time_ns = live_now_ns();
   read_control(i, received);
   if (own) {
     ++counted_.sent;
@@ -225,6 +223,7 @@ std::optional<StampedBusFrame> SocketCanPort::take(std::size_t i) {
     case SocketCanContent::frame:
       break;
   }
+  if (received.time_ns == 0) received.time_ns = live_now_ns();  // no stamp came with it
   // Filters for echoes of own frames let those of others with the same identifier pass.
   if (!wanted(received.frame.id, received.frame.extended)) {
     ++counted_.filtered;
@@ -235,12 +234,13 @@ std::optional<StampedBusFrame> SocketCanPort::take(std::size_t i) {
 }
 
 std::optional<StampedBusFrame> SocketCanPort::receive_any() {
-  while (true) {
+  for (bool emptied = false;;) {
     while (next_ < count_) {
       if (const auto received = take(next_++)) return received;
     }
+    if (emptied) break;
     fill();
-    if (count_ == 0) break;
+    emptied = count_ < kBatch;  // this call took all that there was
   }
   if (lost_ != 0) throw interface_lost(settings_, lost_);
   return std::nullopt;
