@@ -15,6 +15,7 @@
 #include "cli/ending/stop_signals.hpp"
 #include "cli/hil_commands.hpp"
 #include "cli/progress/progress_line.hpp"
+#include "cli/shipped_files.hpp"
 #include "host/base/error.hpp"
 #include "host/base/nearest.hpp"
 #include "host/base/text_file.hpp"
@@ -79,8 +80,19 @@ void add_controllers(hil::Scenario& s, const HilArguments& o) {
       hil::autopilot_program(b->name, b->variable);  // missing: said before anything flies
 }
 
+// What scripts/firmware leaves.
+constexpr const char* kBuiltProgram = "build/firmware/bin/b_g431b_esc1.elf";
+
+void find_program(hil::EscChoice& esc) {
+  if (!esc.emulated()) return;
+  esc.board = shipped_or_given(esc.board);
+  const auto built = shipped_or_given(kBuiltProgram);
+  if (esc.elf.empty() && std::filesystem::exists(built)) esc.elf = built;
+}
+
 hil::Scenario narrowed(const std::string& path, const HilArguments& o) {
   auto s = hil::read_scenario(path);
+  find_program(s.esc);
   if (!o.seeds.empty()) s.seeds = hil::parse_seeds(o.seeds);
   if (!o.pace.empty()) {
     const auto pace = hil::parse_pace(o.pace);
@@ -107,6 +119,7 @@ std::string plan_text(const hil::Scenario& s, const HilArguments& o, const std::
   out += fmt::format("  seeds    {}\n", fmt::join(s.seeds, ", "));
   out += fmt::format("  plant    {}\n  vehicle  {}\n  gains    {}\n", s.plant.generic_string(), s.vehicle.generic_string(),
                      s.gains.generic_string());
+  if (s.esc.emulated()) out += fmt::format("  program  {} (ESCs of kind \"emulated\")\n", s.esc.elf.generic_string());
   out += about_vehicle;
   for (const auto& f : s.faults) {
     const auto target = f.rotor ? fmt::format("rotor {}", f.rotor) : fmt::format("{} bus", hil::bus_name(f.bus));
@@ -122,6 +135,7 @@ std::string plan_text(const hil::Scenario& s, const HilArguments& o, const std::
 
 void print_result(const hil::Scenario& s, const hil::HilResult& r) {
   fmt::print("{}\n{}\n", s.name, hil::tracking_table_text(s, r.assessment, r.flights));
+  if (!r.result.escs.empty()) fmt::print("ESCs:    {}\n", r.result.escs);
   if (const auto controllers = hil::controllers_text(r.assessment); !controllers.empty()) fmt::print("{}\n", controllers);
   if (const auto limits = hil::limits_text(r.assessment); !limits.empty()) fmt::print("{}\n", limits);
   for (const hil::FlightResult& f : r.flights)

@@ -2,46 +2,19 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <numbers>
 
-#include "sim/drive/typical.hpp"
+#include "sim/esc/drawn_drive.hpp"
 #include "sim/esc/native_esc.hpp"
 
 namespace rotorloop::sim {
-namespace native_esc_detail {
-
-inline constexpr std::uint64_t kNoiseStream = 0x45534E01, kBoardStream = 0x45534E02, kAngleStream = 0x45534E03, kTypicalStream = 0x45534E04;
-inline constexpr double kSlow_rad_s = 20.0;  // below this the load coefficient torque/speed² means nothing
-
-inline RandomStream stream(const NativeEscConfig& c, std::uint64_t purpose) { return {c.seed, (c.module << 32) | purpose}; }
-
-inline TypicalDrive drawn(const NativeEscConfig& c, const BoardStage& stage) {
-  if (c.typical_board) return typical_drive(c.drive, stage.most_phase_A, stream(c, kTypicalStream));
-  TypicalDrive t{c.drive};
-  if (c.draw_board_spread) {
-    const SensingParameters board = typical_board(stream(c, kBoardStream));
-    t.drive.sensing.gain = board.gain;
-    t.drive.sensing.offset_counts = board.offset_counts;
-  }
-  return t;
-}
-
-inline DriveParameters with_clock(TypicalDrive t, bool own_clock) {
-  if (own_clock) t.drive.inverter.pwm_Hz *= 1.0 + 1e-6 * t.clock_ppm;
-  return t.drive;
-}
-
-}  // namespace native_esc_detail
 
 template <class Scales>
 BasicNativeEsc<Scales>::BasicNativeEsc(const NativeEscConfig& c)
-    : drive_(native_esc_detail::with_clock(native_esc_detail::drawn(c, stage()), c.own_clock),
-             native_esc_detail::stream(c, native_esc_detail::kNoiseStream),
-             2.0 * std::numbers::pi * native_esc_detail::stream(c, native_esc_detail::kAngleStream).uniform(0)),
+    : drive_(with_clock(drawn_drive(c, stage()), c.own_clock), esc_stream(c, kNoiseStream), initial_angle_rad(c)),
       board_(),
       control_(c.firmware) {
   if (c.typical_board && c.own_clock) {
-    const TypicalDrive t = native_esc_detail::drawn(c, stage());
+    const TypicalDrive t = drawn_drive(c, stage());
     rate_ = 1.0 + 1e-6 * t.clock_ppm, phase_ = t.pwm_phase;
   }
   drive_.set_bus_V(c.bus_V);
@@ -101,9 +74,7 @@ void BasicNativeEsc<Scales>::step_current_loops(std::span<BasicNativeEsc* const>
 
 template <class Scales>
 void BasicNativeEsc<Scales>::couple(double load_torque_N_m, double bus_V) {
-  const double w = std::fabs(drive_.omega_rad_s());
-  const double floor_rad_s = w > native_esc_detail::kSlow_rad_s ? w : native_esc_detail::kSlow_rad_s;
-  couple_quadratic(load_torque_N_m / (floor_rad_s * floor_rad_s), bus_V);
+  couple_quadratic(load_coefficient_N_m_s2(load_torque_N_m, drive_.omega_rad_s()), bus_V);
 }
 
 template <class Scales>

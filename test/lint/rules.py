@@ -38,7 +38,7 @@ ARROWS = {
     "sim/airframe": ["host/base", "sim/world", "sim/rotor"],
     "sim/effects": ["host/base", "sim/world", "sim/rotor", "sim/airframe", "sim/drive", "sim/sensor", "sim/esc/esc_setup.hpp"],
     "sim/sensor": ["host/base", "host/bus", "sim/world", "sim/airframe", "protocols"],
-    "sim/esc": ["host/base", "host/bus", "sim/world", "sim/drive", "firmware", "protocols"],
+    "sim/esc": ["host/base", "host/bus", "sim/world", "sim/drive", "sim/mcu", "firmware", "protocols"],
     "sim/mcu": ["host/base", "host/bus", "sim/world", "sim/drive"],  # a chip that runs programs knows none of ours
     "sim/mcu/core": [],
     "sim/plant": ["host/base", "sim"],

@@ -73,6 +73,17 @@ log::LogHeader log_header(const Scenario& scenario, const sim::PlantFile& plant,
           {"esc_limiter_codes", esc_limiter_codes()}};
 }
 
+EscModel model_of(EscKind kind) {
+  return kind == EscKind::lag ? EscModel::lag : kind == EscKind::emulated ? EscModel::emulated : EscModel::native;
+}
+
+std::shared_ptr<const sim::EscProgram> read_program(const Scenario& s) {
+  if (s.esc.elf.empty())
+    throw Error({s.path.generic_string(), "esc.kind \"emulated\" has no program, and none was built", "",
+                 "run scripts/firmware, or set [esc] elf = the ELF of the program"});
+  return std::make_shared<const sim::EscProgram>(sim::read_esc_program(s.esc.elf, s.esc.board));
+}
+
 // Of the rotation between two attitudes.
 double angle_rad(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
   const Eigen::Quaterniond d = a.conjugate() * b;
@@ -117,29 +128,36 @@ std::map<std::string, double> counters_of(Loop& loop, const FlightSums& sums, co
   const auto& est = loop.computer().estimator().counters();
   const auto& ctl = loop.computer().controller().counters();
   const auto count = [](auto v) { return static_cast<double>(v); };
-  return {{"estimator.poses_fused", count(est.poses_fused)},
-          {"estimator.poses_gated", count(est.poses_gated)},
-          {"estimator.poses_out_of_order", count(est.poses_out_of_order)},
-          {"estimator.imu_gaps", count(est.imu_gaps)},
-          {"estimator.resets", count(est.resets)},
-          {"control.bad_input", count(ctl.bad_input)},
-          {"control.limited", count(ctl.limited)},
-          {"control.mixer_not_converged", count(ctl.mixer_not_converged)},
-          {"control.effects_off", count(ctl.effects_off)},
-          {"control.effects_not_finite", count(ctl.effects_not_finite)},
-          {"control.effects_bounded", count(ctl.effects_bounded)},
-          {"control.effects_not_converged", count(ctl.effects_not_converged)},
-          {"control.mixer_iterations_max", count(sums.mixer_iterations_max)},
-          {"control.mixer_iterations_mean", sums.flying_steps ? count(sums.mixer_iterations) / count(sums.flying_steps) : 0.0},
-          {"rotor.not_converged", count(loop.counters().inflow_not_converged)},
-          {"rotor.vortex_ring", count(loop.counters().vortex_ring)},
-          {"rotor.evaluations", count(loop.counters().rotor_evaluations)},
-          {"esc.limited_samples", count(loop.counters().esc_limited_ticks)},
-          {"bus.esc.frames", count(bus[0].frames)},
-          {"bus.esc.error_frames", count(bus[0].error_frames)},
-          {"bus.state.frames", count(bus[1].frames)},
-          {"bus.state.error_frames", count(bus[1].error_frames)},
-          {"sensor.frames_refused", count(loop.sensors().refused())}};
+  std::map<std::string, double> counters{
+      {"estimator.poses_fused", count(est.poses_fused)},
+      {"estimator.poses_gated", count(est.poses_gated)},
+      {"estimator.poses_out_of_order", count(est.poses_out_of_order)},
+      {"estimator.imu_gaps", count(est.imu_gaps)},
+      {"estimator.resets", count(est.resets)},
+      {"control.bad_input", count(ctl.bad_input)},
+      {"control.limited", count(ctl.limited)},
+      {"control.mixer_not_converged", count(ctl.mixer_not_converged)},
+      {"control.effects_off", count(ctl.effects_off)},
+      {"control.effects_not_finite", count(ctl.effects_not_finite)},
+      {"control.effects_bounded", count(ctl.effects_bounded)},
+      {"control.effects_not_converged", count(ctl.effects_not_converged)},
+      {"control.mixer_iterations_max", count(sums.mixer_iterations_max)},
+      {"control.mixer_iterations_mean", sums.flying_steps ? count(sums.mixer_iterations) / count(sums.flying_steps) : 0.0},
+      {"rotor.not_converged", count(loop.counters().inflow_not_converged)},
+      {"rotor.vortex_ring", count(loop.counters().vortex_ring)},
+      {"rotor.evaluations", count(loop.counters().rotor_evaluations)},
+      {"esc.limited_samples", count(loop.counters().esc_limited_ticks)},
+      {"bus.esc.frames", count(bus[0].frames)},
+      {"bus.esc.error_frames", count(bus[0].error_frames)},
+      {"bus.state.frames", count(bus[1].frames)},
+      {"bus.state.error_frames", count(bus[1].error_frames)},
+      {"sensor.frames_refused", count(loop.sensors().refused())}};
+  if (const sim::EmulatedCounters chips = loop.emulated(); chips.instructions > 0) {
+    counters["esc.chip_instructions"] = count(chips.instructions);
+    counters["esc.chip_resets"] = count(chips.resets);
+    counters["esc.chip_both_gates"] = count(chips.both_gates);
+  }
+  return counters;
 }
 
 bool ended_early(const Loop& loop, FlightResult& result) {
@@ -236,6 +254,10 @@ Inputs read_inputs(const Scenario& scenario) {
   }
   for (const ExternalController& c : scenario.external)
     if (!c.library.empty()) in.files.push_back(c.library);
+  if (scenario.esc.emulated()) {
+    in.program = read_program(scenario);
+    in.files.insert(in.files.end(), {scenario.esc.elf, scenario.esc.board});
+  }
   std::sort(in.files.begin() + 1, in.files.end());
   in.files.erase(std::unique(in.files.begin() + 1, in.files.end()), in.files.end());
   return in;
@@ -245,7 +267,8 @@ LoopConfig loop_config(const Scenario& scenario, const Inputs& inputs, const Fli
   LoopConfig c;
   c.seed = q.seed;
   c.airframe_Hz = scenario.airframe_Hz;
-  for (std::size_t i = 0; i < 4; ++i) c.esc[i] = scenario.esc.kind[i] == EscKind::lag ? EscModel::lag : EscModel::native;
+  for (std::size_t i = 0; i < 4; ++i) c.esc[i] = model_of(scenario.esc.kind[i]);
+  c.program = inputs.program.get();
   c.esc_lag_s = scenario.ablation.esc_lag_s;
   c.fast_channel_Hz = scenario.esc.fast_channel_Hz;
   c.ideal_bus = scenario.ablation.bus == BusModel::direct;

@@ -24,8 +24,9 @@ struct Inputs {
   host::VehicleModel vehicle;
   host::FileTerms effects;  // of the vehicle file
   host::GainsFile gains;
-  std::vector<host::Trajectory> trajectories;  // one per FlightPlan
-  std::vector<std::filesystem::path> files;    // all that was read, the scenario first
+  std::vector<host::Trajectory> trajectories;      // one per FlightPlan
+  std::shared_ptr<const sim::EscProgram> program;  // of emulated ESCs; null: none
+  std::vector<std::filesystem::path> files;        // all that was read, the scenario first
 };
 Inputs read_inputs(const Scenario& scenario);  // throws Error
 

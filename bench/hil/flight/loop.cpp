@@ -7,6 +7,7 @@
 
 #include "bench/hil/flight/cost_meter.hpp"
 #include "bench/hil/flight/esc_parameters.hpp"
+#include "host/base/error.hpp"
 
 namespace rotorloop::hil {
 namespace {
@@ -39,6 +40,27 @@ firmware::NodeIdentity identity(int esc) {
   id.unique_id[15] = static_cast<std::uint8_t>(esc + 1);
   id.feedback_with_voltage = true;
   return id;
+}
+
+// What stands between node and motor of a native ESC has no place in a chip.
+void check_emulated(const sim::BoardStage& stage, const sim::EscSetup& box, const sim::EscProgram& program) {
+  if (stage.name != program.pins.stage)
+    throw Error({"esc.kind",
+                 fmt::format("\"emulated\" on stage {}: {} is a program for {}", stage.name, program.elf.filename().generic_string(),
+                             program.pins.stage),
+                 "", "use \"native\" for this plant"});
+  if (box.speed_scale != 1.0 || box.speed_noise_rad_s != 0.0 || box.report_delay_ns != 0 || box.lag_s != 0.0)
+    throw Error({"esc.kind", "\"emulated\" in a plant with an effect on what an ESC measures, reports or follows",
+                 "such effects lie between node and motor control, which here are one program", "use \"native\", or leave the effect out"});
+}
+
+// Energy that an ESC took from the bus since its start.
+template <class Esc>
+double taken_by_J(const Esc& esc) {
+  if constexpr (std::is_same_v<Esc, sim::EmulatedEsc>)
+    return esc.bus_energy_J();
+  else
+    return esc.drive().bus_energy_J();
 }
 
 }  // namespace
@@ -78,28 +100,40 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
     p.esc_index = static_cast<std::uint8_t>(i);
     p.fast_channel = config.fast_channel_Hz > 0;
     p.fast_feedback_Hz = config.fast_channel_Hz > 0 ? 1000 : 0;  // every set-point is answered, whatever its rate
-    firmware::EscNode node(p, identity(i));
-    CanBus& port = esc_bus_->attach({.name = fmt::format("esc{}", i + 1)});
-    const double lag_s = setup.esc[index].lag_s + (config.esc[index] == EscModel::lag ? config.esc_lag_s : 0.0);
-    if (lag_s > 0.0) {
-      escs_.emplace_back(std::in_place_type<Lag>, sim::LagEsc({.time_constant_s = lag_s}), node, port, setup.esc[index],
-                         RandomStream(config.seed, kSpeedNoiseModule + index));
-    } else {
-      sim::NativeEscConfig e;
-      e.drive = setup.drive[index];
-      e.firmware = p;
-      e.bus_V = bus_V();
-      e.seed = config.seed;
-      e.module = static_cast<std::uint64_t>(i);
-      e.typical_board = plant.esc.typical;
-      e.own_clock = plant.esc.own_clock;
-      add_native_esc(*plant.esc.stage, e, node, port, setup.esc[index], RandomStream(config.seed, kSpeedNoiseModule + index));
-    }
+    add_esc(i, plant, setup, p);
   }
   truth_us_.fill(-1);
 }
 
 Loop::~Loop() = default;
+
+void Loop::add_esc(int esc, const sim::PlantFile& plant, const sim::PlantSetup& setup, const firmware::Parameters& parameters) {
+  const auto index = static_cast<std::size_t>(esc);
+  const sim::EscSetup& box = setup.esc[index];
+  const std::string name = fmt::format("esc{}", esc + 1);
+  const RandomStream noise(config_.seed, kSpeedNoiseModule + index);
+  const firmware::EscNode node(parameters, identity(esc));
+  const EscModel model = config_.esc[index];
+  const double lag_s = box.lag_s + (model == EscModel::lag ? config_.esc_lag_s : 0.0);
+  sim::NativeEscConfig e;
+  e.drive = setup.drive[index];
+  e.firmware = parameters;
+  e.bus_V = bus_V();
+  e.seed = config_.seed;
+  e.module = static_cast<std::uint64_t>(esc);
+  e.typical_board = plant.esc.typical;
+  e.own_clock = plant.esc.own_clock;
+  if (model == EscModel::emulated) {
+    check_emulated(*plant.esc.stage, box, *config_.program);
+    escs_.emplace_back(Emulated{sim::EmulatedEsc(*config_.program, e, *esc_bus_, name)});
+    return;
+  }
+  CanBus& port = esc_bus_->attach({.name = name});
+  if (lag_s > 0.0)
+    escs_.emplace_back(std::in_place_type<Lag>, sim::LagEsc({.time_constant_s = lag_s}), node, port, box, noise);
+  else
+    add_native_esc(*plant.esc.stage, e, node, port, box, noise);
+}
 
 void Loop::add_native_esc(const sim::BoardStage& stage, const sim::NativeEscConfig& esc, const firmware::EscNode& node, CanBus& port,
                           const sim::EscSetup& setup, RandomStream noise) {
@@ -212,7 +246,7 @@ void Loop::step_supply() {
           if constexpr (std::is_same_v<std::remove_cvref_t<decltype(e)>, Lag>) {
             current_A[i] = e.esc().bus_current_A();
           } else {
-            const double taken_J = e.esc().drive().bus_energy_J();
+            const double taken_J = taken_by_J(e.esc());
             current_A[i] = (taken_J - taken_J_[i]) * kTicks_per_s / (before_V > 1.0 ? before_V : 1.0);
             taken_J_[i] = taken_J;
           }
@@ -246,25 +280,44 @@ void Loop::set_ripple() {
 void Loop::step_escs() {
   CostMeter m(measure_, cost_.esc_ns);
   std::tuple<EscGroup<sim::NativeEsc>, EscGroup<sim::SmallNativeEsc>, EscGroup<sim::HighVoltageNativeEsc>> groups;
+  std::array<sim::EmulatedEsc*, 4> chips{};
+  std::size_t chip_count = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     const bool dead = !config_.halts.empty() && halted(static_cast<int>(i));
     std::visit(
         [&](auto& e) {
-          if (dead) {
-            e.esc().set_setpoint({});
-          } else {
-            e.run_node();
-          }
           using Esc = std::remove_cvref_t<decltype(e.esc())>;
-          if constexpr (std::is_same_v<Esc, sim::LagEsc>)
-            e.esc().step_current_loop();
-          else
-            std::get<EscGroup<Esc>>(groups).add(e.esc());
+          if constexpr (std::is_same_v<Esc, sim::EmulatedEsc>) {
+            e.esc().set_power(!dead);
+            chips[chip_count++] = &e.esc();
+          } else {
+            if (dead) {
+              e.esc().set_setpoint({});
+            } else {
+              e.run_node();
+            }
+            if constexpr (std::is_same_v<Esc, sim::LagEsc>)
+              e.esc().step_current_loop();
+            else
+              std::get<EscGroup<Esc>>(groups).add(e.esc());
+          }
         },
         escs_[i]);
   }
   std::apply([](auto&... group) { (group.step(), ...); }, groups);
+  if (chip_count > 0) sim::EmulatedEsc::step_together({chips.data(), chip_count}, *esc_bus_, sim::pwm_tick_ns(2 * (tick_ + 1)));
   if (supply_) step_supply();
+}
+
+sim::EmulatedCounters Loop::emulated() const {
+  sim::EmulatedCounters sum;
+  for (const AnyEsc& any : escs_) {
+    const auto* e = std::get_if<Emulated>(&any);
+    if (e == nullptr) continue;
+    const sim::EmulatedCounters c = e->chip.counters();
+    sum.instructions += c.instructions, sum.resets += c.resets, sum.both_gates += c.both_gates;
+  }
+  return sum;
 }
 
 }  // namespace rotorloop::hil

@@ -17,6 +17,7 @@
 #include "host/node/flight_computer.hpp"
 #include "sim/drive/battery.hpp"
 #include "sim/drive/supply.hpp"
+#include "sim/esc/emulated_esc.hpp"
 #include "sim/esc/lag_esc.hpp"
 #include "sim/esc/native_esc.hpp"
 #include "sim/esc/noded_esc.hpp"
@@ -29,7 +30,7 @@ namespace rotorloop::hil {
 
 inline constexpr int kTicks_per_s = 24'000;  // current-loop periods
 
-enum class EscModel : std::uint8_t { native, lag };
+enum class EscModel : std::uint8_t { native, lag, emulated };
 
 // When an ESC loses power or its firmware stops: it neither drives nor talks from then on.
 struct EscHalt {
@@ -42,6 +43,7 @@ struct LoopConfig {
   int airframe_Hz = 2000;  // divides 24 000
   std::array<EscModel, 4> esc{};
   double esc_lag_s = 0.030;
+  const sim::EscProgram* program = nullptr;  // of the emulated ones; outlives the loop
   int fast_channel_Hz = 1000;
   bool ideal_bus = false;  // frames are delivered at once (ablation)
   bool pose_drift = true;
@@ -106,6 +108,8 @@ class Loop {
   const PlantCounters& counters() const { return counters_; }
   const sim::SensorNode& sensors() const { return *sensors_; }
   void measure_cost(bool on) { measure_ = on; }
+  // Of all chips together; zero without emulated ESCs.
+  sim::EmulatedCounters emulated() const;
   const ModuleCost& cost() const { return cost_; }
   ModuleCost& cost() { return cost_; }
 
@@ -113,12 +117,19 @@ class Loop {
   template <class Esc>
   using Noded = sim::NodedEsc<Esc, firmware::EscNode>;
   using Lag = Noded<sim::LagEsc>;
-  // One firmware on three boards; all four ESCs of a plant are of one kind unless some are lags.
-  using AnyEsc = std::variant<Noded<sim::NativeEsc>, Noded<sim::SmallNativeEsc>, Noded<sim::HighVoltageNativeEsc>, Lag>;
+  // With the shape of Noded: the node is inside of the chip.
+  struct Emulated {
+    sim::EmulatedEsc chip;
+    sim::EmulatedEsc& esc() { return chip; }
+    const sim::EmulatedEsc& esc() const { return chip; }
+  };
+  // One firmware on three boards; all four ESCs of a plant are of one kind unless some are lags or emulated.
+  using AnyEsc = std::variant<Noded<sim::NativeEsc>, Noded<sim::SmallNativeEsc>, Noded<sim::HighVoltageNativeEsc>, Lag, Emulated>;
 
   void step_plant();
   void evaluate_rotors();
   void store_truth();
+  void add_esc(int esc, const sim::PlantFile& plant, const sim::PlantSetup& setup, const firmware::Parameters& parameters);
   void add_native_esc(const sim::BoardStage& stage, const sim::NativeEscConfig& esc, const firmware::EscNode& node, CanBus& port,
                       const sim::EscSetup& setup, RandomStream noise);
   void step_escs();

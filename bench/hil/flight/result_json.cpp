@@ -117,6 +117,7 @@ FlightResult flight_result(const Json& j) {
 
 std::string result_json_text(const RunResult& r) {
   Json j{{"format", 1}, {"command", r.command}, {"version", r.version}, {"git", r.git}, {"scenario", r.scenario}};
+  if (!r.escs.empty()) j["escs"] = r.escs;
   j["inputs"] = Json::array();
   for (const auto& i : r.inputs) j["inputs"].push_back({{"path", i.path}, {"sha256", i.sha256}});
   j["seed"] = r.seeds.empty() ? Json(nullptr) : Json(r.seeds.front());
@@ -175,6 +176,7 @@ RunResult read_result(const std::filesystem::path& run_folder) {
     r.version = j.at("version");
     r.git = j.at("git");
     r.scenario = j.value("scenario", "");
+    r.escs = j.value("escs", "");
     for (const auto& i : j.at("inputs")) r.inputs.push_back({i.at("path"), i.at("sha256")});
     if (j.contains("seeds")) r.seeds = j.at("seeds").get<std::vector<std::uint64_t>>();
     r.started_utc = j.value("started_utc", "");

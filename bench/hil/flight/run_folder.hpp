@@ -34,6 +34,7 @@ struct RunResult {
   std::string command = "hil";
   std::string version, git;
   std::string scenario;  // its name
+  std::string escs;      // which kind flew, where not all were native
   std::vector<InputFile> inputs;
   std::vector<std::uint64_t> seeds;
   std::string started_utc;  // ISO 8601; the only fields that differ between two runs are this and wall_s

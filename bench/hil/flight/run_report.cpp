@@ -365,6 +365,7 @@ HilReport read_hil_report(const fs::path& folder) {
   out.facts = {{"flights", std::to_string(r.flights.size())},
                {"seeds", std::to_string(r.seeds.size())},
                {"rotorloop", r.version + " (" + r.git + ")"}};
+  if (!r.escs.empty()) out.facts.emplace_back("ESCs", r.escs);
   if (!r.started_utc.empty()) out.facts.emplace_back("started", r.started_utc);
   double virtual_s = 0;
   for (const auto& f : r.flights) virtual_s += f.duration_s;

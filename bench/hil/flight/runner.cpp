@@ -21,6 +21,17 @@ std::vector<FlightRequest> plan(const Scenario& scenario) {
   return flights;
 }
 
+// "emulated: …" of all, or "1 native, 2 native, 3 emulated, …"; nothing when all are native.
+std::string escs_text(const Scenario& scenario, const Inputs& inputs) {
+  const auto& kinds = scenario.esc.kind;
+  const bool alike = std::all_of(kinds.begin(), kinds.end(), [&](EscKind k) { return k == kinds[0]; });
+  if (alike && kinds[0] == EscKind::native) return "";
+  std::string out = alike ? std::string(esc_kind_name(kinds[0])) : "";
+  for (std::size_t i = 0; i < kinds.size() && !alike; ++i)
+    out += (i == 0 ? "" : ", ") + std::to_string(i + 1) + " " + std::string(esc_kind_name(kinds[i]));
+  return inputs.program ? out + ": STM32G431 with " + inputs.program->text() : out;
+}
+
 std::vector<Warning> warnings_of(const Scenario& scenario, const Inputs& inputs, const std::vector<FlightResult>& flights) {
   std::vector<Warning> out;
   for (const std::string& id : inputs.effects.not_flown)
@@ -73,6 +84,7 @@ HilResult run_hil(const Scenario& scenario, const RunOptions& options, Progress&
   r.version = kVersion;
   r.git = kGit;
   r.scenario = scenario.name;
+  r.escs = escs_text(scenario, inputs);
   r.seeds = scenario.seeds;
   // The copied scenario has to find every file it names, flown this time or not.
   std::vector<std::filesystem::path> files = inputs.files;

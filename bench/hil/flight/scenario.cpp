@@ -135,11 +135,12 @@ void read_bus(const TomlTable& root, Scenario& s) {
 EscKind esc_kind(const TomlTable& t, const std::string& name) {
   if (name == "native") return EscKind::native;
   if (name == "lag") return EscKind::lag;
-  if (name == "emulated" || name == "external")
-    t.fail("kind", fmt::format("esc.kind has \"{}\": not built in; built in: native, lag", name), "",
+  if (name == "emulated") return EscKind::emulated;
+  if (name == "external")
+    t.fail("kind", fmt::format("esc.kind has \"{}\": not built in; built in: native, lag, emulated", name), "",
            "use \"native\" (the firmware core on a simulated drive)");
   t.fail("kind", fmt::format("esc.kind has \"{}\", which is not known", name), "",
-         did_you_mean(name, {"native", "lag"}) + "use one of: native, lag");
+         did_you_mean(name, {"native", "lag", "emulated"}) + "use one of: native, lag, emulated");
 }
 
 void read_esc(const TomlTable& root, Scenario& s) {
@@ -154,6 +155,9 @@ void read_esc(const TomlTable& root, Scenario& s) {
   } else {
     s.esc.kind.fill(esc_kind(*t, t->text("kind", "native")));
   }
+  if (t->has("elf")) s.esc.elf = t->file("elf");
+  if (!s.esc.elf.empty() && !s.esc.emulated())
+    t->fail("elf", "esc.elf names a program, but no ESC is of kind \"emulated\"", "", "set kind = \"emulated\", or remove elf");
   s.esc.fast_channel_Hz = static_cast<int>(t->integer("fast_channel_Hz", 0, 1000, 1000));
   if (const int f = s.esc.fast_channel_Hz; f != 0 && f != 250 && f != 500 && f != 1000)
     t->fail("fast_channel_Hz", fmt::format("esc.fast_channel_Hz = {} Hz is not a rate of the fast channel", f), "",
@@ -251,6 +255,9 @@ void read_ablation(const TomlTable& root, Scenario& s) {
       t->fail("bus", "ablation.bus = \"direct\" leaves no bus for the [[fault]] entries to strike", "",
               "remove the faults, or keep the bus");
   }
+  if (s.esc.emulated() && s.ablation.bus == BusModel::direct)
+    root.fail("ablation", "ablation.bus = \"direct\" leaves no bus for emulated ESCs, whose node hears nothing else", "",
+              "keep the bus, or set [esc] kind = \"native\"");
   for (const auto k : s.esc.kind)
     if (k == EscKind::lag && s.ablation.esc_lag_s <= 0)
       root.fail("esc", "esc.kind \"lag\" needs its time constant", "", "add [ablation] esc_lag_s = a number, 0.001 to 1 s");
@@ -258,7 +265,7 @@ void read_ablation(const TomlTable& root, Scenario& s) {
 
 }  // namespace
 
-std::string_view esc_kind_name(EscKind kind) { return kind == EscKind::native ? "native" : "lag"; }
+std::string_view esc_kind_name(EscKind kind) { return kind == EscKind::native ? "native" : kind == EscKind::lag ? "lag" : "emulated"; }
 std::string_view fault_kind_name(FaultKind kind) {
   switch (kind) {
     case FaultKind::esc_silent:
@@ -319,6 +326,7 @@ Scenario read_scenario(const std::filesystem::path& path) {
   file.refuse_unknown_keys();
   s.files = {s.path, s.plant, s.vehicle, s.gains};
   for (const auto& f : s.flights) s.files.push_back(f.trajectory);
+  if (!s.esc.elf.empty()) s.files.push_back(s.esc.elf);
   for (const auto& c : s.external)
     if (!c.library.empty()) s.files.push_back(c.library);
   return s;

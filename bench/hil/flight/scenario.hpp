@@ -1,6 +1,7 @@
 // A scenario file: what to fly, with what, how often, which faults strike, and what counts as passed. Reading it is the
 // only place where a scenario is checked; everything behind it may rely on what the comments here promise.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -28,13 +29,16 @@ struct BusChoice {
 };
 
 // native: firmware core on a simulated drive. lag: a first-order RPM lag (ablation [ablation].esc_lag_s), no current loop.
-// `emulated` and `external` are known words that reading refuses until they are built in.
-enum class EscKind : std::uint8_t { native, lag };
+// emulated: the bytes of the program on an emulated chip. `external` is a known word that reading refuses until it is built in.
+enum class EscKind : std::uint8_t { native, lag, emulated };
 std::string_view esc_kind_name(EscKind kind);
 
 struct EscChoice {
   std::array<EscKind, 4> kind{EscKind::native, EscKind::native, EscKind::native, EscKind::native};
-  int fast_channel_Hz = 1000;  // 0: DroneCAN commands only; else 250, 500 or 1000
+  std::filesystem::path elf;                                          // program of the emulated ones; empty: not given
+  std::filesystem::path board = "vehicles/boards/b_g431b_esc1.toml";  // its pins
+  int fast_channel_Hz = 1000;                                         // 0: DroneCAN commands only; else 250, 500 or 1000
+  bool emulated() const { return std::find(kind.begin(), kind.end(), EscKind::emulated) != kind.end(); }
 };
 
 enum class FaultKind : std::uint8_t {

@@ -62,7 +62,7 @@ sim::PwmCommand EscBoard::command(int64_t period) {
     pwm.compare[k] = static_cast<uint16_t>(std::clamp<int64_t>(share, 0, 2 * period) >> shift);
     const unsigned high_bit = 1u << k, low_bit = 8u << k;
     pwm.gates = static_cast<uint8_t>(pwm.gates | (h != 0 || both ? high_bit : 0) | (l != 0 || both ? low_bit : 0));
-    if (h != 0 && l != 0) dead_time_s_ = 0.5 * static_cast<double>(period - h - l) / chip_.clocks().hclk_Hz;
+    if (h != 0 && l != 0) dead_time_s_ = 0.5 * static_cast<double>(period - h - l) / chip_.clocks().hclk_Hz + dead_time_added_s_;
   }
   pwm.enabled = pwm.gates != 0;
   return pwm;
@@ -77,6 +77,7 @@ void EscBoard::retime(double pwm_Hz) {
   next.motor().state() = drive_.motor().state();
   next.set_bus_V(drive_.bus_V());
   next.set_load(drive_.load());
+  energy_before_J_ += drive_.bus_energy_J();
   drive_ = next;
 }
 

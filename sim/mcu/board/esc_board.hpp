@@ -26,8 +26,12 @@ class EscBoard : public g431::Pins {
   void press(bool down);
   void set_pwm_input(bool high) { chip_.set_pin(pins_.pwm_input, high ? g431::Level::high : g431::Level::low); }
   void set_potentiometer(double share) { potentiometer_ = share; }
+  // What drivers and FETs of this board add to the dead time that the program sets; may be negative.
+  void set_dead_time_added_s(double added_s) { dead_time_added_s_ = added_s; }
 
   sim::Drive& drive() { return drive_; }
+  const sim::Drive& drive() const { return drive_; }
+  double bus_energy_J() const { return energy_before_J_ + drive_.bus_energy_J(); }  // taken since the start
   const AppliedPeriod& last() const { return last_; }
   bool switching() const { return last_.pwm.enabled; }
   uint64_t both_on() const { return both_on_; }  // times that both gates of a leg were asked for: the drivers hold them off
@@ -58,7 +62,7 @@ class EscBoard : public g431::Pins {
   std::array<int64_t, 3> high_cycles_{}, low_cycles_{};  // since the last crest
   uint64_t crest_ = 0, accounted_ = 0, period_ = 0;      // cycles
   bool stepped_ahead_ = false;
-  double dead_time_s_;
+  double dead_time_s_, dead_time_added_s_ = 0.0, energy_before_J_ = 0.0;
   AppliedPeriod last_;
   sim::AdcReading loaded_{};
   std::array<uint16_t, 3> unloaded_{};

@@ -105,7 +105,7 @@ const std::vector<Slip> kScenarioSlips{
      "",
      "[bus]\npace = \"20\"\n",
      {"bus.pace = \"20\" is no pace", "lockstep, realtime, or seconds of flight"}},
-    {"EmulatedEsc", kScenario, "", "[esc]\nkind = \"emulated\"\n", {"esc.kind has \"emulated\": not built in; built in: native, lag"}},
+    {"ProgramIsMissing", kScenario, "", "[esc]\nkind = \"emulated\"\nelf = \"nowhere.elf\"\n", {"\"nowhere.elf\": no such file"}},
     {"ThreeEscKinds", kScenario, "", "[esc]\nkind = [\"native\", \"native\", \"native\"]\n", {"esc.kind has 3 values, expected 4"}},
     {"OddFastChannelRate", kScenario, "", "[esc]\nfast_channel_Hz = 300\n", {"esc.fast_channel_Hz = 300 Hz", "250, 500 or 1000"}},
     {"LagWithoutTimeConstant", kScenario, "", "[esc]\nkind = \"lag\"\n", {"needs its time constant", "esc_lag_s", "0.001 to 1 s"}, false},

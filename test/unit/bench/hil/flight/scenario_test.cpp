@@ -182,9 +182,27 @@ TEST_F(ScenarioFile, PaceThatIsNoneIsRefusedWithWhatWouldBe) {
               AllOf(HasSubstr("bus.pace = \"20\" is no pace"),
                     HasSubstr("lockstep, realtime, or seconds of flight per second of real time, 0.01 to 10")));
 }
-TEST_F(ScenarioFile, EmulatedEscIsRefusedUntilBuiltIn) {
-  EXPECT_THAT(error(std::string(kGood) + "[esc]\nkind = \"emulated\"\n"),
-              HasSubstr("esc.kind has \"emulated\": not built in; built in: native, lag"));
+TEST_F(ScenarioFile, EmulatedEscsAreOfAKindOfTheirOwn) {
+  const Scenario s = read(std::string(kGood) + "[esc]\nkind = [\"native\", \"native\", \"native\", \"emulated\"]\n");
+  EXPECT_EQ(s.esc.kind[2], EscKind::native);
+  EXPECT_EQ(s.esc.kind[3], EscKind::emulated);
+  EXPECT_TRUE(s.esc.emulated());
+}
+TEST_F(ScenarioFile, ProgramWithoutAnEmulatedEsc) {
+  EXPECT_THAT(error(std::string(kGood) + "[esc]\nelf = \"gains.toml\"\n"),
+              AllOf(HasSubstr("esc.elf names a program"), HasSubstr("set kind = \"emulated\"")));
+}
+TEST_F(ScenarioFile, ProgramThatIsNotThere) {
+  EXPECT_THAT(error(std::string(kGood) + "[esc]\nkind = \"emulated\"\nelf = \"nowhere.elf\"\n"),
+              HasSubstr("\"nowhere.elf\": no such file"));
+}
+TEST_F(ScenarioFile, EmulatedEscsWithoutABus) {
+  EXPECT_THAT(error(std::string(kGood) + "[esc]\nkind = \"emulated\"\n[ablation]\nbus = \"direct\"\n"),
+              HasSubstr("leaves no bus for emulated ESCs"));
+}
+TEST_F(ScenarioFile, ExternalEscIsRefusedUntilBuiltIn) {
+  EXPECT_THAT(error(std::string(kGood) + "[esc]\nkind = \"external\"\n"),
+              HasSubstr("esc.kind has \"external\": not built in; built in: native, lag, emulated"));
 }
 TEST_F(ScenarioFile, UnknownEscKind) {
   EXPECT_THAT(error(std::string(kGood) + "[esc]\nkind = \"magic\"\n"), HasSubstr("esc.kind has \"magic\", which is not known"));
