@@ -20,6 +20,7 @@ namespace {
 
 constexpr int kGroup = 7;
 constexpr const char* kInterfaces = "ROTORLOOP_TEST_CAN";
+constexpr const char* kAdapters = "ROTORLOOP_TEST_GSUSB";
 
 // A network of its own with loopback alone, for the rest of this process: nothing leaves the machine, nothing else is on it.
 bool enter_own_network() {
@@ -64,18 +65,19 @@ constexpr std::int64_t kTick_ns = 250'000;
 }  // namespace
 
 void PrintTo(Backend backend, std::ostream* out) {
-  static constexpr std::array<const char*, 4> kNames{"virtual bus", "multicast", "SLCAN", "SocketCAN"};
+  static constexpr std::array<const char*, 5> kNames{"virtual bus", "multicast", "SLCAN", "SocketCAN", "gs_usb"};
   *out << kNames[static_cast<std::size_t>(backend)];
 }
 
 std::vector<Backend> backends() {
   std::vector<Backend> all{Backend::virtual_bus, Backend::multicast, Backend::slcan};
   if (std::getenv(kInterfaces) != nullptr) all.push_back(Backend::socketcan);
+  if (std::getenv(kAdapters) != nullptr) all.push_back(Backend::gs_usb);
   return all;
 }
 
 std::string backend_name(const ::testing::TestParamInfo<Backend>& info) {
-  static constexpr std::array<const char*, 4> kNames{"Virtual", "Multicast", "Slcan", "SocketCan"};
+  static constexpr std::array<const char*, 5> kNames{"Virtual", "Multicast", "Slcan", "SocketCan", "GsUsb"};
   return kNames[static_cast<std::size_t>(info.param)];
 }
 
@@ -115,6 +117,11 @@ EscBench::EscBench(Backend backend, const sim::BusConfig& bus) : backend_(backen
     w.tool_end = open_bus(tool_side, "test");
     w.esc_end = open_bus(comma == std::string::npos ? tool_side : "socketcan:" + names.substr(comma + 1), "test");
     w.third_end = open_bus(tool_side, "test");
+    w.third = w.third_end.get();
+  } else if (backend == Backend::gs_usb) {
+    w.tool_end = open_bus("gsusb:TOOL/0", "test");
+    w.third_end = open_bus("gsusb:TOOL/1", "test");
+    w.esc_end = open_bus("gsusb:ESC", "test");
     w.third = w.third_end.get();
   } else {
     auto server = std::make_unique<SlcanServer>("");

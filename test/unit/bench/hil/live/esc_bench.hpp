@@ -19,8 +19,9 @@
 
 namespace rotorloop::live {
 
-enum class Backend { virtual_bus, multicast, slcan, socketcan };
-// SocketCAN joins where ROTORLOOP_TEST_CAN names interfaces: one for both ends, or two that are joined ("vxcan0,vxcan1"; test/vm).
+enum class Backend { virtual_bus, multicast, slcan, socketcan, gs_usb };
+// SocketCAN joins where ROTORLOOP_TEST_CAN names interfaces: one for both ends, or two that are joined ("vxcan0,vxcan1"; test/vm). gs_usb
+// joins where ROTORLOOP_TEST_GSUSB is set: adapters TOOL, of two channels, and ESC.
 std::vector<Backend> backends();
 std::string backend_name(const ::testing::TestParamInfo<Backend>& info);
 void PrintTo(Backend backend, std::ostream* out);
