@@ -1,7 +1,8 @@
-"""The program that is flashed into an ST B-G431B-ESC1: built twice, in two folders, it is the same byte for byte, and within its limits.
+"""The programs that are flashed into an ST B-G431B-ESC1: built twice, in two folders, every file of a release is the same byte for byte; the
+file with both programs, as ELF and as Intel HEX, has the bytes of each at its place; sizes and RAM are within their limits.
 
 usage: firmware_test.py SOURCE_FOLDER WORK_FOLDER
-Skipped (77) without the cross compiler; exit code 1: other bytes, or beyond a limit (scripts/firmware_image.py prints which).
+Skipped (77) without the cross compiler; exit code 1: other bytes; 6: beyond a limit (scripts/firmware_image.py prints which).
 """
 import pathlib
 import shutil
@@ -9,17 +10,27 @@ import subprocess
 import sys
 
 TARGET, BOOT = "b_g431b_esc1.elf", "b_g431b_esc1_boot.elf"
+APPLICATION_AT = 0x6000  # bytes behind the beginning of the flash
 NEEDED = ("CMakeLists.txt", "CMakePresets.json", "cmake", "protocols", "firmware", "host", "scripts", "third_party")
 
 
 def build(source, folder):
     subprocess.run(["cmake", "--preset", "firmware", "-S", str(source), "-B", str(folder)], cwd=source, check=True, stdout=subprocess.DEVNULL)
     subprocess.run(["cmake", "--build", str(folder), "--target", TARGET, BOOT], check=True, stdout=subprocess.DEVNULL)
-    elf = folder / "bin" / TARGET
-    image = [sys.executable, "-B", str(source / "scripts/firmware_image.py"), str(elf), "--commit", "0", "--check"]
-    boot = [sys.executable, "-B", str(source / "scripts/boot_check.py"), str(folder / "bin" / BOOT), "--check"]
-    code = subprocess.run(image).returncode or subprocess.run(boot).returncode
-    return code, elf.with_suffix(".bin").read_bytes() + (folder / "bin" / BOOT).read_bytes()
+    elf, boot = folder / "bin" / TARGET, folder / "bin" / BOOT
+    scripts = source / "scripts"
+    for words in (("firmware_image.py", elf, "--commit", "0", "--check"), ("boot_check.py", boot, "--check")):
+        if code := subprocess.run([sys.executable, "-B", scripts / words[0], *words[1:]]).returncode:
+            sys.exit(code)
+    release = folder / "release"
+    shutil.rmtree(release, ignore_errors=True)
+    subprocess.run([sys.executable, "-B", scripts / "firmware_release.py", elf, boot, release, "--commit", "0"], check=True)
+    return {file.name: file.read_bytes() for file in sorted(release.iterdir())}
+
+
+def flash_of(file, kind, scratch):
+    subprocess.run(["arm-none-eabi-objcopy", "-I", kind, "-O", "binary", "--gap-fill", "0xff", file, scratch], check=True)
+    return scratch.read_bytes()
 
 
 def main(source, work):
@@ -31,13 +42,19 @@ def main(source, work):
     other.mkdir(parents=True)
     for name in NEEDED:
         (shutil.copytree if (source / name).is_dir() else shutil.copy)(source / name, other / name)
-    code, first = build(source, work / "build")
-    _, second = build(other, other / "build")
-    if first != second:
-        at = next((i for i, (a, b) in enumerate(zip(first, second)) if a != b), min(len(first), len(second)))
-        print(f"{TARGET} and {BOOT}: built in another folder they differ from byte {at:#x} on", file=sys.stderr)
-        return 1
-    return 1 if code else 0
+    first, second = build(source, work / "build"), build(other, other / "build")
+    wrong = [f"{name}: built in another folder it differs" for name in first.keys() | second.keys() if first.get(name) != second.get(name)]
+    release, scratch = work / "build/release", work / "flash.bin"
+    boot = flash_of(release / BOOT, "elf32-littlearm", scratch)
+    expected = boot.ljust(APPLICATION_AT, b"\xff") + first[TARGET.replace(".elf", ".rlf")]
+    for suffix, kind in (("_all.elf", "elf32-littlearm"), ("_all.hex", "ihex")):
+        if flash_of(release / TARGET.replace(".elf", suffix), kind, scratch) != expected:
+            wrong.append(f"{suffix}: not the bootloader and the image, each at its place")
+    if len(first) != 9:
+        wrong.append(f"a release has 9 files: {', '.join(first)}")
+    for line in wrong:
+        print(line, file=sys.stderr)
+    return 1 if wrong else 0
 
 
 if __name__ == "__main__":
