@@ -71,11 +71,11 @@ std::optional<std::uint64_t> image_crc(std::span<const std::uint8_t> image, cons
   return crc;
 }
 
-std::string end_text(const tools::UpdateState& s, bool has_crc) {
+std::string end_text(const tools::UpdateState& s, bool has_crc, std::uint64_t size_B) {
   if (s.phase != tools::UpdatePhase::done)
     return std::string(tools::phase_name(s.phase)) + ": " +
            (s.reason.empty() ? "interrupted; run the command again and it goes on" : s.reason);
-  std::string text = "done";
+  std::string text = s.verified && s.read_B < size_B ? "done, had this image already" : "done";
   if (s.info) text += fmt::format(", runs {}.{}", s.info->software_major, s.info->software_minor);
   return text + (s.verified ? fmt::format(", image CRC {:016x} as in the file", s.info->image_crc)
                  : has_crc  ? ", not verified: the node does not report the CRC of its image"
@@ -128,7 +128,7 @@ int flash(const FlashArguments& o) {
     const auto seen = tool.nodes().find(node);
     if (seen != tool.nodes().end()) j["now"] = tools::node_json(seen->second, tool.now_ns());
     document.push_back(j);
-    if (!o.esc.live.json) fmt::print("node {}: {}\n", node, end_text(s, crc.has_value()));
+    if (!o.esc.live.json) fmt::print("node {}: {}\n", node, end_text(s, crc.has_value(), updates.size_B()));
   }
   if (o.esc.live.json) fmt::print("{}\n", document.dump(2));
   session.finish();

@@ -70,7 +70,7 @@ std::string trouble_of(const protocols::NodeStatus& s) {
     text += "limited by " + (limiter < kLimiterNames.size() ? std::string(kLimiterNames[limiter]) : std::to_string(limiter));
   }
   if (fault == 0 && s.health >= protocols::Health::error)
-    text += std::string(text.empty() ? "" : ", ") + "no fault named: bad parameters, or a second node with its id or index";
+    text += std::string(text.empty() ? "" : ", ") + "no fault named: no or bad parameters stored, or a second node with its id or index";
   return text;
 }
 

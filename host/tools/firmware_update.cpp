@@ -126,10 +126,12 @@ void FirmwareUpdates::judge(UpdateState& s, const std::optional<GetNodeInfoRespo
   s.info = info;
   const bool reports = info && (info->software_flags & GetNodeInfoResponse::kHasImageCrc) != 0;
   s.verified = reports && image_crc_ && info->image_crc == *image_crc_;
-  if (reports && image_crc_ && !s.verified) {
-    fail(s, fmt::format("runs an image with CRC {:016x}; the one sent has {:016x}{}", info->image_crc, *image_crc_,
-                        s.said.empty() ? "" : "; it said: " + s.said));
-  } else if (reports && !s.said.empty() && s.before && s.before->image_crc == info->image_crc) {
+  const std::string said = s.said.empty() ? "" : "; it said: " + s.said;
+  if (s.read_B < image_.size() && !s.verified) {
+    fail(s, fmt::format("runs its old firmware again after {} of {} bytes{}", s.read_B, image_.size(), said));
+  } else if (reports && image_crc_ && !s.verified) {
+    fail(s, fmt::format("runs an image with CRC {:016x}; the one sent has {:016x}{}", info->image_crc, *image_crc_, said));
+  } else if (reports && !s.verified && !s.said.empty() && s.before && s.before->image_crc == info->image_crc) {
     // The file does not say its CRC, but the node complained and runs what it ran before.
     fail(s, fmt::format("runs its old firmware again, CRC {:016x}; it said: {}", info->image_crc, s.said));
   } else {
@@ -155,7 +157,7 @@ void FirmwareUpdates::follow(std::uint8_t node, UpdateState& s) {
     case UpdatePhase::waiting:
     case UpdatePhase::reading:
       if (operational && s.was_updating) {
-        fail(s, fmt::format("runs its old firmware again after {} of {} bytes{}", s.read_B, image_.size(), said));
+        verify(node, s);  // it has refused the image, or runs it already
       } else if (since_ns > kSilence_ns) {
         fail(s,
              fmt::format("no block was read for {} s; {} of {} bytes were{}", kSilence_ns / 1'000'000'000, s.read_B, image_.size(), said));

@@ -76,6 +76,22 @@ TEST_P(EscUpdate, AFileThatIsNoImageIsReportedAsRefusedThoughItDoesNotNameItsCrc
   EXPECT_TRUE(b.esc().operational());
 }
 
+TEST_P(EscUpdate, AnImageThatItRunsAlreadyIsDoneWithoutBeingReadAgainWhateverElseTheNodeComplainsOf) {
+  EscBench b(GetParam());
+  b.power_on();
+  b.discover();
+  const auto image = make_image({.seed = 7});
+  tools::FirmwareUpdates first(b.tool(), image, crc_of(image));
+  first.start(kEscNode);
+  ASSERT_EQ(run(b, first).phase, tools::UpdatePhase::done);
+  tools::FirmwareUpdates again(b.tool(), image, crc_of(image));
+  again.start(kEscNode);
+  const tools::UpdateState& s = run(b, again);
+  EXPECT_EQ(s.phase, tools::UpdatePhase::done) << s.reason;
+  EXPECT_TRUE(s.verified);
+  EXPECT_LT(s.read_B, 2048u);
+}
+
 TEST_P(EscUpdate, AKillInTheMiddleIsFollowedByTheRestOfTheUpdate) {
   EscBench b(GetParam());
   b.config.store = folder_.path() / "esc.flash";
