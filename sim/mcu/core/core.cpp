@@ -8,7 +8,7 @@
 namespace rotorloop::mcu {
 
 Core::Core(MemoryMap& memories, Bus& bus, uint32_t decoded_instructions)
-    : memories_(&memories), bus_(&bus), decoded_(decoded_instructions), slot_mask_(decoded_instructions - 1) {}
+    : memories_(&memories), bus_(&bus), decoded_(decoded_instructions + 2), slot_mask_(decoded_instructions - 1) {}
 
 void Core::reset(uint32_t vector_table) {
   const uint64_t now = state.cycle, waits = state.flash_waits, executed = state.instructions;
@@ -83,37 +83,47 @@ inline bool Core::code_is_ready(uint32_t pc, uint32_t last_word) const {
          (first_word == last_word || first_word == state.flash.current_word);
 }
 
+// Moves on in the IT block; false: the condition of the instruction does not hold.
+bool Core::begin_in_it(const Op& op) {
+  const uint32_t it = state.it;
+  state.it_of_instruction = it;
+  set_it((it & 7) == 0 ? 0 : (it & 0xE0) | ((it << 1) & 0x1F));
+  if (condition(it >> 4) || op.execute == exec_always()) return true;
+  state.cycle -= op.cycles - 1u;
+  return false;
+}
+
 template <bool kFlash>
 void Core::execute() {
+  Op* next = &slot(state.r[kPc]);
   while (state.cycle < deadline_) {
     const uint32_t pc = state.r[kPc];
-    Op& op = slot(pc);
-    if (op.tag != (context_ | pc)) [[unlikely]] {
-      decode_at(pc);
-      continue;
-    }
-    if constexpr (kFlash) {
-      if (op.last_word != state.flash.current_word) {
-        if (code_is_ready(pc, op.last_word))
-          state.flash.current_word = op.last_word;
-        else
-          wait_for_flash_code(pc, op.last_word);
-      }
-    }
-    state.r[kPc] = pc + op.bytes;
-    state.recent[state.instructions & 31] = pc;
-    state.cycle += op.cycles;
-    ++state.instructions;
-    if ((context_ & kTagInIt) != 0) {
-      const uint32_t it = state.it;
-      state.it_of_instruction = it;
-      set_it((it & 7) == 0 ? 0 : (it & 0xE0) | ((it << 1) & 0x1F));
-      if (!condition(it >> 4) && op.execute != exec_always()) {
-        state.cycle -= op.cycles - 1u;
+    Op* op = next;
+    if (op->tag != (context_ | pc)) [[unlikely]] {
+      op = &slot(pc);
+      if (op->tag != (context_ | pc)) {
+        decode_at(pc);
+        next = &slot(state.r[kPc]);
         continue;
       }
     }
-    op.execute(*this, op);
+    const uint32_t bytes = op->bytes;
+    next = op + bytes / 2;  // the one that follows, unless this one branches
+    if constexpr (kFlash) {
+      if (op->last_word != state.flash.current_word) {
+        if (code_is_ready(pc, op->last_word))
+          state.flash.current_word = op->last_word;
+        else
+          wait_for_flash_code(pc, op->last_word);
+      }
+    }
+    state.r[kPc] = pc + bytes;
+    state.recent[state.instructions & 31] = pc;
+    state.cycle += op->cycles;
+    ++state.instructions;
+    if ((context_ & kTagInIt) != 0 && !begin_in_it(*op)) [[unlikely]]
+      continue;
+    op->execute(*this, *op);
   }
 }
 

@@ -125,7 +125,9 @@ class Core {
   template <bool kFlash>
   void execute();
   void decode_at(uint32_t pc);
-  Op& slot(uint32_t pc) { return decoded_[((pc >> 1) ^ (pc >> 12)) & slot_mask_]; }
+  // In the order of addresses, so that the next instruction is found without a search; code in CCM does not share slots with flash.
+  Op& slot(uint32_t pc) { return decoded_[((pc >> 1) ^ (pc >> 28) * 0x14000u) & slot_mask_]; }
+  bool begin_in_it(const Op& op);
   void tell_watches(uint32_t address, uint32_t bytes, Access kind) {
     for (AccessWatch* w : watches_)
       if (w != nullptr) w->on_access(address, bytes, kind);
@@ -184,7 +186,7 @@ class Core {
 
   MemoryMap* memories_;
   Bus* bus_;
-  std::vector<Op> decoded_;
+  std::vector<Op> decoded_;  // and two behind the last slot that never match
   uint32_t slot_mask_;
   uint64_t context_ = 0;
   uint64_t deadline_ = 0, limit_ = 0;

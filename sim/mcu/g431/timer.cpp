@@ -135,7 +135,7 @@ uint64_t Timer::ticks_to_event() const {
 }
 
 uint64_t Timer::next_event() const {
-  uint64_t next = *std::min_element(s.more.rise_at.begin(), s.more.rise_at.end());
+  const uint64_t next = s.more.next_rise;
   if (!counts_by_itself() || !seen_at_once()) return next;
   return std::min(next, s.more.tick_at + ticks_to_event() * tick());
 }
@@ -143,7 +143,6 @@ uint64_t Timer::next_event() const {
 void Timer::advance(uint64_t cycle) {
   TimerMore& m = s.more;
   for (;;) {
-    const auto rise = std::min_element(m.rise_at.begin(), m.rise_at.end());
     uint64_t ticks = kNever, at = kNever;
     if (counts_by_itself()) {
       ticks = ticks_to_event();
@@ -159,10 +158,11 @@ void Timer::advance(uint64_t cycle) {
         if (at > cycle) return;
       }
     }
-    if (*rise > cycle && at > cycle) break;
-    if (*rise <= at) {
-      set_output(static_cast<uint32_t>(rise - m.rise_at.begin()), true);
-      *rise = kNever;
+    if (m.next_rise > cycle && at > cycle) break;
+    if (m.next_rise <= at) {
+      const auto output = static_cast<uint32_t>(std::find(m.rise_at.begin(), m.rise_at.end(), m.next_rise) - m.rise_at.begin());
+      rise_at(output, kNever);
+      set_output(output, true);
       continue;
     }
     step(ticks);

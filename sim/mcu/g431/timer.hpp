@@ -31,6 +31,7 @@ struct TimerMore {
   std::array<bool, 6> reference{};
   std::array<bool, 8> wanted{}, output{};  // outputs 1 to 4, then complementary 1 to 4; wanted: without dead time
   std::array<uint64_t, 8> rise_at{kNever, kNever, kNever, kNever, kNever, kNever, kNever, kNever};
+  uint64_t next_rise = kNever;        // the least of them
   std::array<uint8_t, 4> captures{};  // edges counted by the input prescaler
   std::array<bool, 4> input{};
   bool down = false, gate_open = false, trigger = false, cleared = false, break_in = false, break2_in = false;
@@ -96,6 +97,7 @@ class Timer : public RegisterBlock<0x400, TimerMore> {
   void follow_outputs();
   void set_output(uint32_t output, bool high);
   void want(uint32_t output, bool high, uint64_t delay);
+  void rise_at(uint32_t output, uint64_t cycle);
   uint64_t dead_time(uint32_t dtg) const;
   void trigger_out(uint32_t event);
   void com_event();

@@ -119,11 +119,15 @@ void Timer::want(uint32_t output, bool high, uint64_t delay) {
   TimerMore& m = s.more;
   if (m.wanted[output] == high) return;
   m.wanted[output] = high;
-  m.rise_at[output] = kNever;
-  if (high && delay != 0)
-    m.rise_at[output] = wires_.now() + delay;
-  else
-    set_output(output, high);
+  rise_at(output, high && delay != 0 ? wires_.now() + delay : kNever);
+  if (!high || delay == 0) set_output(output, high);
+}
+
+void Timer::rise_at(uint32_t output, uint64_t cycle) {
+  TimerMore& m = s.more;
+  if (m.rise_at[output] == cycle) return;
+  m.rise_at[output] = cycle;
+  m.next_rise = *std::min_element(m.rise_at.begin(), m.rise_at.end());
 }
 
 void Timer::set_output(uint32_t output, bool high) {
