@@ -13,9 +13,11 @@
 #include <string>
 #include <utility>
 
+#include "bench/hil/live/emulated_process.hpp"
 #include "bench/hil/live/esc_process.hpp"
 #include "cli/bus/live_options.hpp"
 #include "cli/commands.hpp"
+#include "cli/shipped_files.hpp"
 #include "host/base/error.hpp"
 
 namespace rotorloop::cli {
@@ -24,7 +26,7 @@ namespace {
 struct EscSimArguments {
   std::string bus, node_id, unique_id;
   int esc_index = 0;
-  std::filesystem::path store, bridge_log;
+  std::filesystem::path store, bridge_log, elf;
   std::filesystem::path plant = "vehicles/reference_plant.toml";
   double pace = 1.0;
   bool no_arming = false;
@@ -131,8 +133,48 @@ std::ofstream begun_bridge_log(const EscSimArguments& o) {
   return out;
 }
 
+void tell_lost_time(std::int64_t lost_ns) {
+  if (lost_ns > 0)
+    fmt::print(stderr, "the machine was too slow: the ESC's clock fell {:.1f} ms behind; use --pace below 1\n",
+               static_cast<double>(lost_ns) * 1e-6);
+}
+
+void refuse_with_elf(const char* option, bool given) {
+  if (given)
+    throw Error({option, "cannot be used with --elf", "the program on the emulated chip has an id, a flash and a bridge of its own",
+                 "leave one of them out"});
+}
+
+// The same as the bytes of its program.
+int emulated_esc_sim(const EscSimArguments& o) {
+  refuse_with_elf("--store", !o.store.empty());
+  refuse_with_elf("--unique-id", !o.unique_id.empty());
+  refuse_with_elf("--bridge-log", !o.bridge_log.empty());
+  const live::EscProcessConfig config = configuration(o);
+  const sim::EscProgram program = sim::read_esc_program(o.elf, shipped_or_given("vehicles/boards/b_g431b_esc1.toml"));
+  const auto bus = open_recorded(o.live, o.bus, "--bus");
+  live::EmulatedEscProcess esc(config, program, *bus);
+  TimedBus* const alone = bus.get();
+  int reported_id = 0;
+  const LiveEnd end = run_live({&alone, 1}, o.live, [&]() -> std::optional<std::int64_t> {
+    esc.advance();
+    if (esc.node_id() != reported_id) {
+      reported_id = esc.node_id();
+      fmt::print("on the bus: node {}, {}, {:.2f} V, STM32G431 with {}\n", reported_id, bus->name(), esc.battery_V(), program.text());
+      std::fflush(stdout);
+    }
+    return esc.next_ns();
+  });
+  if (esc.resets() > 0) fmt::print(stderr, "the chip was reset {} times\n", esc.resets());
+  tell_lost_time(esc.time_lost_ns());
+  tell_losses(*bus);
+  finish_recording(*bus);
+  return end.exit_code;
+}
+
 int esc_sim(const EscSimArguments& o) {
   check_live_options(o.live);
+  if (!o.elf.empty()) return emulated_esc_sim(o);
   const live::EscProcessConfig config = configuration(o);
   const auto bus = open_recorded(o.live, o.bus, "--bus");
   live::EscProcess esc(config, *bus);
@@ -165,9 +207,7 @@ int esc_sim(const EscSimArguments& o) {
   const firmware::CommandCounters& c = esc.node().command_counters();
   fmt::print(stderr, "commands: {} raw, {} rpm, {} fast; {} not armed; time-outs: {} commands, {} fast\n", c.raw_commands, c.rpm_commands,
              c.fast_setpoints, c.not_armed, c.command_timeouts, c.fast_timeouts);
-  if (esc.time_lost_ns() > 0)
-    fmt::print(stderr, "the machine was too slow: the ESC's clock fell {:.1f} ms behind; use --pace below 1\n",
-               static_cast<double>(esc.time_lost_ns()) * 1e-6);
+  tell_lost_time(esc.time_lost_ns());
   tell_losses(*bus);
   finish_recording(*bus);
   return end.exit_code;
@@ -188,6 +228,10 @@ void add_esc_sim(CLI::App& app, int& exit_code) {
   c->add_option(
       "--store", o->store,
       "file for the simulated flash: parameters and firmware survive restart and kill; stored values override --node-id and --esc-index");
+  c->add_option(
+      "--elf", o->elf,
+      "run this program of the B-G431B-ESC1 (scripts/firmware) on an emulated STM32G431, in place of the firmware that is compiled "
+      "in; not with --store, --unique-id, --bridge-log");
   c->add_option("--plant", o->plant, "plant file; motor, propeller and battery of its first rotor are used")->capture_default_str();
   c->add_option("--pace", o->pace, "simulated seconds per second of real time")->capture_default_str();
   c->add_flag("--no-arming", o->no_arming, "run without ArmingStatus, for controllers that do not send it");
@@ -202,6 +246,8 @@ void add_esc_sim(CLI::App& app, int& exit_code) {
       "  rotorloop bus dump mcast:0\n"
       "Example: an ESC with stored parameters and an allocated node id:\n"
       "  rotorloop esc serve & rotorloop esc-sim --bus mcast:0 --node-id auto --esc-index 0 --store esc0.flash\n"
+      "Example: the program that is flashed into the board, in the chip's own time (a chip takes about a core):\n"
+      "  rotorloop esc-sim --elf build/firmware/bin/b_g431b_esc1.elf --bus mcast:0 --node-id 21 --esc-index 0 --pace 0.5\n"
       "Prints one line when the ESC is operational and after each restart. For esc enumerate, kill -USR1 presses the button and kill "
       "-USR2\n"
       "turns the rotor by hand for 2 s. Ctrl-C ends the program.");

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "host/base/error.hpp"
 #include "sim/esc/drawn_drive.hpp"
@@ -16,6 +15,7 @@ namespace {
 using mcu::g431::Chip;
 using mcu::g431::Clocks;
 
+constexpr std::ptrdiff_t kStartBytes = 8;                      // stack pointer and reset vector
 constexpr std::uint8_t kUnwritten = 0xA5;                      // RAM at power-up: the chip promises nothing
 constexpr std::uint64_t kUniqueId = 0x0031'3656'524C'4F00ull;  // of its ESC in the lowest byte, as the information page has it
 
@@ -29,12 +29,18 @@ Clocks crystals(std::uint32_t crystal_Hz, double share) {
   return clocks;
 }
 
+// A chip without a bootloader: what each reset takes from the start of the flash is the stack pointer and the entry of the application.
+void start_without_bootloader(std::vector<std::uint8_t>& flash, std::uint32_t vector_table) {
+  const auto first = flash.begin(), table = first + (vector_table - mcu::g431::kFlashBase);
+  const bool erased = std::all_of(first, first + kStartBytes, [](std::uint8_t b) { return b == 0xFF; });
+  if (erased) std::copy_n(table, kStartBytes, first);
+}
+
 }  // namespace
 
 struct EmulatedEsc::Impl {
   Impl(const EscProgram& program, const NativeEscConfig& config, VirtualBus& bus, const std::string& port)
       : name(port),
-        vector_table(program.vector_table),
         drawn(drawn_drive(config, *find_board_stage(program.pins.stage))),
         chip(kUniqueId + config.module, crystals(program.pins.crystal_Hz, clock_share(config, drawn))),
         board(program.pins, drawn.drive, chip, esc_stream(config, kNoiseStream).bits(0)),
@@ -45,6 +51,7 @@ struct EmulatedEsc::Impl {
     board.drive().set_bus_V(config.bus_V);
     std::vector<std::uint8_t> flash = program.flash;
     store_parameters(flash, config.firmware);
+    start_without_bootloader(flash, program.vector_table);
     std::copy(flash.begin(), flash.end(), chip.memory(mcu::g431::kFlashBase, static_cast<std::uint32_t>(flash.size())));
     chip.ignore_lock_up = true;  // the watchdog ends it, as on the board
     start();
@@ -52,12 +59,8 @@ struct EmulatedEsc::Impl {
     chip.stall(chip.cycle_at(late_s));
   }
 
-  // As a bootloader starts the application; one that is in the flash comes first.
   void start() {
     chip.power_up(kUnwritten);
-    std::uint32_t first_word = 0;
-    std::memcpy(&first_word, chip.memory(mcu::g431::kFlashBase, 4), 4);
-    chip.core().reset(first_word == ~0u ? vector_table : 0);
     board.press(false);
   }
 
@@ -76,7 +79,6 @@ struct EmulatedEsc::Impl {
   double drive_s_since(std::uint64_t cycle) const { return static_cast<double>(board.last().end_cycle - cycle) / chip.clocks().hclk_Hz; }
 
   std::string name;
-  std::uint32_t vector_table;
   TypicalDrive drawn;
   Chip chip;
   mcu::EscBoard board;

@@ -21,29 +21,6 @@ constexpr double kReferenceSpeed_rad_s = 900.0;  // near hover: torque over spee
 // End of the n-th period: 41 2/3 us each.
 std::int64_t period_ns(std::uint64_t periods) { return static_cast<std::int64_t>(periods) * 125'000 / 3; }
 
-// Torque of the propeller in still air over its speed squared, from the blade-element rotor.
-double static_load(const sim::Rotor& rotor, double density_kg_m3) {
-  sim::RotorWarmStart start;
-  sim::RotorCondition condition;
-  condition.omega_rad_s = kReferenceSpeed_rad_s;
-  condition.density_kg_m3 = density_kg_m3;
-  const sim::RotorLoads loads = sim::solve_rotor(rotor, condition, start);
-  return std::fabs(loads.shaft_torque_N_m) / (kReferenceSpeed_rad_s * kReferenceSpeed_rad_s);
-}
-
-firmware::Parameters parameters(const EscProcessConfig& c) {
-  firmware::Parameters p;
-  p.node_id = c.node_id;
-  p.esc_index = c.esc_index;
-  p.require_arming = c.require_arming;
-  if (const auto wrong = firmware::check(p)) {
-    const firmware::ParameterRange& r = firmware::kParameterRanges[wrong->index];
-    throw Error({"esc-sim", fmt::format("{} = {} {} is out of range: {} to {}", r.name, wrong->value, r.unit, wrong->min, wrong->max), "",
-                 "give a value within the range"});
-  }
-  return p;
-}
-
 firmware::NodeIdentity identity_of(const EscProcessConfig& c, const firmware::ImageHeader& image) {
   firmware::NodeIdentity id;
   id.software_major = image.major;
@@ -56,6 +33,28 @@ firmware::NodeIdentity identity_of(const EscProcessConfig& c, const firmware::Im
 }
 
 }  // namespace
+
+double static_load_N_m_s2(const sim::Rotor& rotor, double density_kg_m3) {
+  sim::RotorWarmStart start;
+  sim::RotorCondition condition;
+  condition.omega_rad_s = kReferenceSpeed_rad_s;
+  condition.density_kg_m3 = density_kg_m3;
+  const sim::RotorLoads loads = sim::solve_rotor(rotor, condition, start);
+  return std::fabs(loads.shaft_torque_N_m) / (kReferenceSpeed_rad_s * kReferenceSpeed_rad_s);
+}
+
+firmware::Parameters given_parameters(const EscProcessConfig& c) {
+  firmware::Parameters p;
+  p.node_id = c.node_id;
+  p.esc_index = c.esc_index;
+  p.require_arming = c.require_arming;
+  if (const auto wrong = firmware::check(p)) {
+    const firmware::ParameterRange& r = firmware::kParameterRanges[wrong->index];
+    throw Error({"esc-sim", fmt::format("{} = {} {} is out of range: {} to {}", r.name, wrong->value, r.unit, wrong->min, wrong->max), "",
+                 "give a value within the range"});
+  }
+  return p;
+}
 
 std::array<std::uint8_t, 16> default_unique_id(std::uint8_t esc_index) {
   std::array<std::uint8_t, 16> id{'r', 'o', 't', 'o', 'r', 'l', 'o', 'o', 'p', ' ', 'e', 's', 'c', 0, 0, 0};
@@ -72,8 +71,8 @@ EscProcess::EscProcess(const EscProcessConfig& config, TimedBus& bus)
       flash_(config.store.generic_string()),
       begun_ns_(bus.now_ns()) {
   const sim::Rotor& rotor = *rotors_[0];
-  load_N_m_s2_ = static_load(rotor, plant_.density_kg_m3);
-  const firmware::Parameters p = parameters(config_);  // a wrong command line is refused, whatever is stored
+  load_N_m_s2_ = static_load_N_m_s2(rotor, plant_.density_kg_m3);
+  const firmware::Parameters p = given_parameters(config_);  // a wrong command line is refused, whatever is stored
   sim::NativeEscConfig e;
   e.drive = sim::drive_parameters(plant_, rotor, 0);
   e.firmware = p;
@@ -96,7 +95,7 @@ firmware::Parameters EscProcess::stored_or_given(firmware::StoreState& state) {
   const firmware::StoredParameters stored = firmware::ParameterStore(esc_->board()).load();
   state = stored.state == firmware::StoreState::corrupt ? stored.state : firmware::StoreState::loaded;
   stored_ = stored.state == firmware::StoreState::loaded;
-  return stored.state == firmware::StoreState::empty ? parameters(config_) : stored.parameters;
+  return stored.state == firmware::StoreState::empty ? given_parameters(config_) : stored.parameters;
 }
 
 // What the reset of the processor does. The drive is not reset: temperatures and a turning rotor stay as they are.

@@ -37,6 +37,11 @@ struct BridgeChange {
   double since_command_s = 0.0;  // since the newest command that arrived; not-a-number: none has
 };
 
+// What the configuration says, checked. Throws Error.
+firmware::Parameters given_parameters(const EscProcessConfig& config);
+// Torque of the propeller in still air over its speed squared, from the blade-element rotor.
+double static_load_N_m_s2(const sim::Rotor& rotor, double density_kg_m3);
+
 // Constant for an ESC that was given none: the same command line is the same device to autopilots and tools.
 std::array<std::uint8_t, 16> default_unique_id(std::uint8_t esc_index);
 

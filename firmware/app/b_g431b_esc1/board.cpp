@@ -10,6 +10,8 @@ namespace {
 // The bootstrap capacitors charge through the low sides: 10 ms, a quarter of each period, so that a rotor that turns is hardly braked.
 constexpr std::uint32_t kBootstrap_us = 10'000;
 constexpr std::uint16_t kBootstrapCompare = firmware::B_G431B_ESC1_Scales::kPwmTop * 3 / 4;
+// The three frames of the controller on a bus that others fill; shorter than what the watchdog of the loop has left after a turn.
+constexpr std::uint32_t kLastFrames_us = 20'000;
 constexpr std::uint8_t kLowGates = firmware::low_gate(0) | firmware::low_gate(1) | firmware::low_gate(2);
 
 // VREFINT's calibration was made at 3.0 V; counts are taken for those of a supply of 3.3 V.
@@ -141,6 +143,9 @@ bool EscBoard::flash_program(std::uint32_t page, std::uint32_t offset, std::uint
 void EscBoard::restart() {
   bridge_off();
   hold_gates_low();
+  // The answer that announces the restart may still wait in the controller.
+  for (const std::uint64_t until = clock_.now() + kLastFrames_us; !can_.all_sent() && clock_.now() < until;) {
+  }
   write_handover({.stage = firmware::BootStage::restart});
   g431::synchronise();
   g431::request_reset();
