@@ -104,6 +104,11 @@ class BootChip : public TimedBus {
     return end == End::at_cycle;
   }
 
+  void run_to_cycle(std::uint64_t cycle) {
+    end = chip.run_until(cycle);
+    bus.set_now(std::max(bus.now_ns(), chip_ns()));
+  }
+
   // TimedBus
   SendStatus send_any(const BusFrame& f) override { return port_->send(*f.classic()); }
   std::optional<StampedBusFrame> receive_any() override {
