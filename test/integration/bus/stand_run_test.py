@@ -75,7 +75,7 @@ class StandRun(BusCommand):
 
     def test_killed_at_any_moment_the_run_keeps_its_readings_and_the_ESC_stops_by_its_own_time_out(self):
         esc = self.stand()
-        moments, must, missing, more, off_ms = random.Random(1), 0, [], 0, []
+        moments, must, missing, passed_over, more, off_ms = random.Random(1), 0, [], [], 0, []
         for k in range(KILLS):
             folder = f"run{k}"
             self.cell.forget()
@@ -87,10 +87,10 @@ class StandRun(BusCommand):
             run.kill()
             run.wait(timeout=DEADLINE_s)
             readable = {number_of(force) for force in self.readings(folder, "thrust")}
-            # What a kill loses are the newest. An answer that came too late on a busy machine was asked for again: a newer one follows it.
-            late = [n for n in range(safe) if n not in readable and n < max(readable)]
-            self.assertLessEqual(len(late), safe // 100, late)
-            missing += sorted(set(range(safe)) - readable - set(late))
+            # What a kill loses are the newest. One with newer ones behind it was not taken in by the run, whatever its reason, and is counted apart.
+            gone = set(range(safe)) - readable
+            passed_over += [n for n in gone if n < max(readable, default=-1)]
+            missing += sorted(n for n in gone if n > max(readable, default=-1))
             must, more = must + safe, more + len(readable) - safe
             self.until(lambda: len(self.switched_off()) > offs, "the bridge was never switched off")
             off_ms.append(self.switched_off()[offs])
@@ -98,10 +98,11 @@ class StandRun(BusCommand):
             monitor = self.start("esc", "monitor", "--bus", "mcast:3", "--json", "--rate", "10")
             self.line_with(monitor.stdout, '"rpm":0,')
             monitor.kill()
-        print(f"{KILLS} kills; of {must} answers before the fifth set-point after them {len(missing)} are not readable, of later ones {more} are; "
-              f"bridge off {min(off_ms):.2f} to {max(off_ms):.2f} ms after the last command", flush=True)
+        print(f"{KILLS} kills; of {must} answers before the fifth set-point after them {len(missing)} are not readable and {len(passed_over)} passed over, "
+              f"of later ones {more} are; bridge off {min(off_ms):.2f} to {max(off_ms):.2f} ms after the last command", flush=True)
         self.assertGreater(must, 100 * KILLS)
         self.assertEqual(missing, [])
+        self.assertLessEqual(len(passed_over), max(1, KILLS // 10))  # one of 11 097 was seen, and none of 82 897 beside three busy loops
         self.assertLessEqual(max(off_ms), TIME_OUT_ms + MORE_ms)
         self.assertGreaterEqual(min(off_ms), TIME_OUT_ms - MORE_ms)
         esc.send_signal(signal.SIGINT)
