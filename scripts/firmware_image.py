@@ -1,16 +1,19 @@
 """Finishes the program of an ESC, and judges it.
 
-usage: firmware_image.py ELF [--check] [--commit HEX] [--version MAJOR.MINOR]
-Writes the header of firmware/update/image.hpp into the ELF and beside it ELF's name with .bin and .rlf. --check: prints sizes, static RAM, the
-bound of the stack and what must not be in it; exit 6 when one is beyond its limit. Reads the .su files of the same build.
+usage: firmware_image.py ELF [--check] [--commit HEX] [--version MAJOR.MINOR] [--unsigned]
+Writes the header of firmware/update/image.hpp, signed with the test key (firmware/update/update_key.hpp), into the ELF and beside it ELF's
+name with .bin and .rlf. --check: prints sizes, static RAM, the bound of the stack and what must not be in it; exit 6 when one is beyond its
+limit. Reads the .su files of the same build.
 """
 import argparse
+import hashlib
 import pathlib
 import re
 import runpy
 import struct
 import subprocess
 import sys
+import tempfile
 
 import firmware_stack
 
@@ -42,12 +45,25 @@ def commit_of(folder):
     return int(done.stdout, 16) if done.returncode == 0 else 0
 
 
-def finish(elf, commit, version):
+def test_signed(image):
+    """By the openssl command: Ed25519 over bytes 0..47 and the SHA-512 of the payload (firmware/update/signature.hpp)."""
+    digest = hashlib.sha512(image[HEADER_BYTES:]).digest()
+    with tempfile.TemporaryDirectory() as folder:
+        key, message = pathlib.Path(folder, "key"), pathlib.Path(folder, "message")
+        key.write_bytes(bytes.fromhex("302e020100300506032b657004220420") + b"rotorloop test key, not a secret")  # PKCS#8
+        message.write_bytes(image[:48] + digest)
+        words = ["openssl", "pkeyutl", "-sign", "-rawin", "-keyform", "DER", "-inkey", str(key), "-in", str(message)]
+        signature = subprocess.run(words, check=True, capture_output=True).stdout
+    return image[:56] + signature + digest + image[184:]
+
+
+def finish(elf, commit, version, signed):
     """The image: header and payload."""
     whole = elf.with_suffix(".bin")
     tool("objcopy", "-O", "binary", elf, whole)
     payload = whole.read_bytes()[HEADER_BYTES:]
     image = IMAGE["image"](payload, BOARD, *version, 0, commit)
+    image = test_signed(image) if signed else image
     whole.write_bytes(image)
     elf.with_suffix(".rlf").write_bytes(image)
     header = elf.with_suffix(".header")
@@ -89,10 +105,11 @@ def main():
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--commit", type=lambda text: int(text, 16), default=commit_of(HERE))
     parser.add_argument("--version", type=lambda text: tuple(int(part) for part in text.split(".")), default=(0, 1))
+    parser.add_argument("--unsigned", action="store_true")
     o = parser.parse_args()
-    image = finish(o.elf, o.commit, o.version)
+    image = finish(o.elf, o.commit, o.version, not o.unsigned)
     crc, = struct.unpack_from("<Q", image, 40)
-    print(f"{o.elf.name}: version {o.version[0]}.{o.version[1]}, commit {o.commit:08x}, payload {len(image) - HEADER_BYTES} bytes, CRC {crc:016x}")
+    print(f"{o.elf.name}: version {o.version[0]}.{o.version[1]}, commit {o.commit:08x}, payload {len(image) - HEADER_BYTES} bytes, CRC {crc:016x}, {'not signed' if o.unsigned else 'signed with the test key'}")
     print(f"in {o.elf.parent}: {o.elf.name}, {o.elf.stem}.bin, {o.elf.stem}.rlf")
     if not o.check:
         return 0

@@ -2,7 +2,7 @@
 // vector table behind it is aligned as a Cortex-M wants it. Words are little-endian; unused bytes are 0xFF.
 //   0 magic u32 "RLF1"   4 header version u16   6 header bytes u16   8 board char[16]   24 payload bytes u32   28 security version u32
 //   32 software major u8, minor u8, 0xFFFF   36 VCS commit u32   40 CRC-64-WE of the payload   48 CRC-64-WE of bytes 0..47
-//   56 Ed25519 signature over bytes 0..47 and the payload, 64 bytes; all 0xFF: not signed
+//   56 Ed25519 signature over bytes 0..47 and 120..183, 64 bytes; all 0xFF: not signed (signature.hpp)   120 SHA-512 of the payload
 #pragma once
 #include <array>
 #include <cstddef>
@@ -39,11 +39,13 @@ enum class ImageFault : std::uint8_t {
   empty,
   older_security_version,
   damaged,
-  truncated
+  truncated,
+  not_signed,
+  wrong_key
 };
 
 constexpr const char* image_fault_text(ImageFault fault) {
-  constexpr std::array<const char*, 10> kTexts{"image is fine",
+  constexpr std::array<const char*, 12> kTexts{"image is fine",
                                                "no rotorloop image: its header is missing",
                                                "image header of an unknown version",
                                                "image header is damaged",
@@ -52,7 +54,9 @@ constexpr const char* image_fault_text(ImageFault fault) {
                                                "image is empty",
                                                "image has an older security version than the installed one",
                                                "image is damaged: its CRC does not fit",
-                                               "image is cut short: the file has fewer bytes than its header says"};
+                                               "image is cut short: the file has fewer bytes than its header says",
+                                               "image is not signed, and this node wants a signature",
+                                               "image is signed with another key, or changed since"};
   return kTexts[static_cast<std::size_t>(fault)];
 }
 

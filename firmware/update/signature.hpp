@@ -1,6 +1,8 @@
-// The Ed25519 signature in the header of an image (image.hpp, bytes 56..119): over bytes 0..47 of the header and the payload, by RFC 8032,
-// without a context and without a hash in front. Only the check is here: no secret ever enters a target, so it may take different times.
-// No heap; about 3 KB of stack in good(), 2 KB of it a table of 16 points. Arithmetic: third_party/ed25519.
+// The signature in the header of an image (image.hpp): Ed25519 by RFC 8032, without a context and without a hash in front, over bytes 0..47
+// of the header and the SHA-512 of the payload, which the header has too. So a header says whether it is genuine before anything of the
+// payload is there, and before anything is erased for it (decision 0192); the payload is then held against its SHA-512. Only the check is
+// here: no secret ever enters a target, so it may take different times. No heap; about 1 KB of stack in good().
+// Arithmetic: third_party/ed25519.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -14,8 +16,8 @@ namespace rotorloop::firmware {
 
 using PublicKey = std::array<std::uint8_t, 32>;
 
-inline constexpr std::size_t kSignatureAt = 56, kSignatureBytes = 64;
-inline constexpr std::size_t kImageHeadBytes = kSignatureAt + kSignatureBytes;  // of an image: all that has a meaning in its header
+inline constexpr std::size_t kSignatureAt = 56, kSignatureBytes = 64, kDigestAt = 120, kDigestBytes = SHA512_DIGEST_LENGTH;
+inline constexpr std::size_t kImageHeadBytes = kDigestAt + kDigestBytes;  // of an image: all that has a meaning in its header
 
 // Feeds on the message piece by piece, as it is read.
 class SignatureCheck {
@@ -32,12 +34,20 @@ class SignatureCheck {
   SHA512_CTX hash_;
 };
 
-// For an image: what is left is to add its payload.  `head`: the first kImageHeadBytes of it, its first word included.
-//   auto check = image_signature(head, key); while (more) check.add(piece); if (check.good()) ...
-SignatureCheck image_signature(std::span<const std::uint8_t> head, const PublicKey& key);
+// SHA-512 of a payload that comes in pieces.
+class PayloadDigest {
+ public:
+  PayloadDigest();
+  void add(std::span<const std::uint8_t> payload);
+  std::array<std::uint8_t, kDigestBytes> value();  // once
 
-// A whole image that lies in memory: header, payload. False also when it is shorter than its header says.
-bool signature_good(std::span<const std::uint8_t> image, const PublicKey& key);
+ private:
+  SHA512_CTX hash_;
+};
+
+// `head`: the first kImageHeadBytes of an image, its first word included. What has to be signed is signed_bytes(head).
+bool signature_good(std::span<const std::uint8_t> head, const PublicKey& key);
+std::array<std::uint8_t, 48 + kDigestBytes> signed_bytes(std::span<const std::uint8_t> head);
 
 // Not signed: the place of the signature is as an erased flash has it.
 constexpr bool has_signature(std::span<const std::uint8_t> head) {

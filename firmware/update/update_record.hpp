@@ -1,10 +1,12 @@
 // What an update leaves in a flash page of its own, so that it goes on after a reset or a power cut: who has the file and under which
 // name, whose id we talk with, which image it is, and which pages of it are in place. Words are programmed once, in this order:
 //   0 magic | server | own id | path length     1..25 path     26 CRC-64 of the words before
-//   27 CRC-64 of the payload that the accepted header announces     32 + n: page n of the application area is programmed
+//   27 CRC-64 of the payload that the accepted header announces     28 least security version | mark     32 + n: page n of the application
+//   area is programmed
 #pragma once
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -34,9 +36,9 @@ class UpdateRecord {
  public:
   UpdateRecord(Flash& flash, std::uint32_t page) : flash_(flash), page_(page) {}
 
-  // What the application calls before it resets.
-  bool begin(const UpdateJob& job) {
-    if (!flash_.flash_erase(page_)) return false;
+  // What the application calls before it resets. The least security version stays.
+  bool begin(const UpdateJob& job, std::uint32_t least_security_version = 0) {
+    if (!clear(std::max(security_version(), least_security_version))) return false;
     const auto words = words_of(job);
     protocols::Crc64 crc;
     for (std::uint32_t i = 0; i < words.size(); ++i) {
@@ -66,12 +68,20 @@ class UpdateRecord {
     return w && *w != ~std::uint64_t{0} ? w : std::nullopt;
   }
   bool set_image(std::uint64_t crc) { return put(kImage, crc); }
+  // Below which no image is accepted, while no image in place says it; 0 when there is none.
+  std::uint32_t security_version() const {
+    const auto w = get(kSecurity);
+    return w && *w >> 32 == kMagic ? static_cast<std::uint32_t>(*w) : 0;
+  }
+  bool set_security_version(std::uint32_t version) { return put(kSecurity, kMagic << 32 | version); }
   bool page_done(std::uint32_t n) const { return get(kProgress + n) == std::uint64_t{kDone}; }
   bool set_page_done(std::uint32_t n) { return put(kProgress + n, kDone); }
-  bool clear() { return flash_.flash_erase(page_); }
+  bool clear(std::uint32_t least_security_version) {
+    return flash_.flash_erase(page_) && (least_security_version == 0 || set_security_version(least_security_version));
+  }
 
  private:
-  static constexpr std::uint32_t kJobWords = 26, kJobCrc = 26, kImage = 27, kProgress = 32;
+  static constexpr std::uint32_t kJobWords = 26, kJobCrc = 26, kImage = 27, kSecurity = 28, kProgress = 32;
   static constexpr std::uint64_t kMagic = 0x5552, kDone = 0x454E4F44;  // "RU", "DONE"
 
   static std::array<std::uint64_t, kJobWords> words_of(const UpdateJob& job) {
@@ -84,9 +94,8 @@ class UpdateRecord {
   std::optional<std::uint64_t> get(std::uint32_t word) const {
     std::array<std::uint8_t, 8> bytes{};
     if (!flash_.flash_read(page_, 8 * word, bytes)) return std::nullopt;
-    std::uint64_t v = 0;
-    for (std::size_t i = 0; i < 8; ++i) v |= static_cast<std::uint64_t>(bytes[i]) << (8u * i);
-    return v;
+    static_assert(std::endian::native == std::endian::little);
+    return std::bit_cast<std::uint64_t>(bytes);
   }
   bool put(std::uint32_t word, std::uint64_t value) { return flash_.flash_program(page_, 8 * word, value); }
 

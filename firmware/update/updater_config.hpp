@@ -5,6 +5,7 @@
 
 #include "firmware/update/application_area.hpp"
 #include "firmware/update/image.hpp"
+#include "firmware/update/update_key.hpp"
 
 namespace rotorloop::firmware {
 
@@ -13,8 +14,8 @@ struct UpdaterConfig {
   const char* name = "org.rotorloop.esc";
   std::array<std::uint8_t, 16> unique_id{};
   std::uint8_t own_id = 0;  // when no job says it: as stored by the application; 0: an allocator is asked
-  const char* trust = "";   // said in GetNodeInfo, as the certificate, and at every update: which images this node takes
   UpdateLayout layout{};
+  UpdateKey key = kNoKey;  // whose images it takes; said in GetNodeInfo, behind the name, and at every update
 };
 
 enum class UpdateEnd : std::uint8_t {

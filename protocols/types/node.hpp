@@ -63,10 +63,10 @@ struct GetNodeInfoResponse {
   constexpr void set_name(const char* text) {
     name = {};
     name_length = 0;
-    while (name_length < kMaxName && text[name_length] != '\0') {
-      name[name_length] = text[name_length];
-      ++name_length;
-    }
+    add_to_name(text);
+  }
+  constexpr void add_to_name(const char* text) {
+    for (; name_length < kMaxName && *text != '\0'; ++text) name[name_length++] = *text;
   }
 
   template <class F, class Self>

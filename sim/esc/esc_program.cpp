@@ -40,7 +40,7 @@ void check_header(EscProgram& p) {
   if (p.image.board != firmware::board_name(p.pins.name.c_str()))
     refuse(p, fmt::format("its header says board \"{}\", this one is \"{}\"", board, p.pins.name));
   FlashPages pages(p.flash, 0);
-  if (!firmware::ApplicationArea(pages, kLayout).installed(p.image.board))
+  if (!firmware::ApplicationArea(pages, kLayout).installed(p.image.board, firmware::kNoKey))
     refuse(p, fmt::format("{} bytes behind its header do not have the CRC {:016x} that it says", p.image.size, p.image.crc));
 }
 

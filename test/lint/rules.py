@@ -209,8 +209,7 @@ LEAKS = [
     ("machine-path", r"(?<![\w.~-])/(?:work|root|home)/\S*", "path of one machine: {0}", "use a path relative to the repository, or ROTORLOOP_DATA"),
     ("unfinished", r"\b(?:TO" r"DO|FIX" r"ME|X{3})\b", "unfinished work: {0}", "finish it, or describe the gap in the folder's README under \"Known gaps\""),
 ]
-LEAK_EXEMPT = {"test/lint/lint_test.py": "feeds the linter what it has to find",
-               "third_party/ed25519/sc25519.c": "a remark of its authors"}
+LEAK_EXEMPT = {"test/lint/lint_test.py": "feeds the linter what it has to find"}
 
 # --- (i) the field's words instead of private ones --------------------------------------------------------------------
 # (pattern, what the field says). Whole words or parts of a snake_case name, in code, comments, messages, scripts, data and docs; docs/glossary.md

@@ -17,6 +17,7 @@
 #include "sim/mcu/elf/elf_file.hpp"
 #include "sim/mcu/g431/blocks.hpp"
 #include "sim/mcu/g431/fdcan/virtual_bus_medium.hpp"
+#include "test/unit/firmware/update/signer.hpp"
 
 namespace rotorloop::boot_chip {
 
@@ -44,8 +45,12 @@ class ProgrammedFlash {
   std::uint32_t first_;
 };
 
-// An image whose program is given as half words behind 512 bytes of vectors.
-inline std::vector<std::uint8_t> image_of(std::vector<std::uint16_t> code, std::uint32_t size, std::uint32_t stack = 0x2000'2000) {
+inline std::vector<std::uint8_t> test_signed(std::vector<std::uint8_t> image) {
+  return firmware::Signer::test_key().signed_image(std::move(image));
+}
+// An image whose program is given as half words behind 512 bytes of vectors. Not signed.
+inline std::vector<std::uint8_t> unsigned_image_of(std::vector<std::uint16_t> code, std::uint32_t size, std::uint32_t stack,
+                                                   std::uint32_t security_version) {
   std::vector<std::uint8_t> image(firmware::kImageHeaderBytes + size, 0xFF);
   for (std::uint32_t i = 0; i < size; ++i) image[firmware::kImageHeaderBytes + i] = static_cast<std::uint8_t>(i * 31 + i / 256);
   const std::uint32_t entry = kArea + firmware::kImageHeaderBytes + 512 + 1;
@@ -54,9 +59,14 @@ inline std::vector<std::uint8_t> image_of(std::vector<std::uint16_t> code, std::
   std::memcpy(&image[firmware::kImageHeaderBytes + 512], code.data(), 2 * code.size());
   protocols::Crc64 crc;
   crc.add(std::span<const std::uint8_t>(image).subspan(firmware::kImageHeaderBytes));
-  const firmware::ImageHeader h{.board = firmware::board_name("b_g431b_esc1"), .size = size, .major = 1, .crc = crc.value()};
+  const firmware::ImageHeader h{
+      .board = firmware::board_name("b_g431b_esc1"), .size = size, .security_version = security_version, .major = 1, .crc = crc.value()};
   firmware::write_image_fields(h, image);
   return image;
+}
+inline std::vector<std::uint8_t> image_of(std::vector<std::uint16_t> code, std::uint32_t size, std::uint32_t stack = 0x2000'2000,
+                                          std::uint32_t security_version = 0) {
+  return test_signed(unsigned_image_of(std::move(code), size, stack, security_version));
 }
 // Feeds the watchdog for ever: movw r0, 0x3000; movt r0, 0x4000; movw r1, 0xAAAA; str r1, [r0]; b to the store.
 inline std::vector<std::uint16_t> lives() { return {0xF243, 0x0000, 0xF2C4, 0x0000, 0xF64A, 0x21AA, 0x6001, 0xE7FD}; }

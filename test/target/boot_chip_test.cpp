@@ -41,7 +41,7 @@ class Bench {
 
 std::vector<std::uint8_t> application_image() {
   std::ifstream in(std::filesystem::path(application_elf).replace_extension(".rlf"), std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  return test_signed({std::istreambuf_iterator<char>(in), {}});
 }
 std::optional<std::uint64_t> crc_of(const std::vector<std::uint8_t>& image) {
   firmware::ImageHeader h;
@@ -121,31 +121,37 @@ TEST(BootOnChip, ApplicationThatHangsCrashesOrHasAStackNowhereEndsInTheBootloade
   }
 }
 
+// Unsigned and with another key too: the bootloader has the test key.
 TEST(BootOnChip, ImageThatIsNotForItIsRefusedInWordsAndNotAByteOfTheOldOneChanges) {
-  const auto good = image_of(lives(), 3000);
-  auto other = good, damaged = good, version = good, cut_short = good;
+  using firmware::ImageFault;
+  const auto good = unsigned_image_of(lives(), 3000, 0x2000'2000, 3);
+  auto other = good, damaged = test_signed(good), version = damaged, cut_short = damaged;
   firmware::ImageHeader h;
-  ASSERT_EQ(firmware::parse_image(good, h), firmware::ImageFault::none);
+  ASSERT_EQ(firmware::parse_image(good, h), ImageFault::none);
   h.board = firmware::board_name("b_other");
   firmware::write_image_fields(h, other);
   damaged[30] ^= 1;
   version[4] = 9;
   cut_short.pop_back();
-  auto large = image_of(lives(), 48 * kPage - firmware::kImageHeaderBytes + 1);
-  const auto old = image_of(lives(), 1000);
-  for (const auto& [file, fault] : {std::pair{other, firmware::ImageFault::other_board},
-                                    {damaged, firmware::ImageFault::header_damaged},
-                                    {version, firmware::ImageFault::header_version},
-                                    {cut_short, firmware::ImageFault::truncated},
-                                    {large, firmware::ImageFault::too_large},
-                                    {std::vector<std::uint8_t>(3000, 0x55), firmware::ImageFault::not_an_image}}) {
+  const auto old = image_of(lives(), 1000, 0x2000'2000, 3);
+  const std::uint32_t too_large = 48 * kPage - firmware::kImageHeaderBytes + 1;
+  for (const auto& [file, says] :
+       {std::pair<std::vector<std::uint8_t>, std::string>{test_signed(other), image_fault_text(ImageFault::other_board)},
+        {damaged, image_fault_text(ImageFault::header_damaged)},
+        {version, image_fault_text(ImageFault::header_version)},
+        {cut_short, image_fault_text(ImageFault::truncated)},
+        {image_of(lives(), too_large, 0x2000'2000, 3), image_fault_text(ImageFault::too_large)},
+        {std::vector<std::uint8_t>(3000, 0x55), image_fault_text(ImageFault::not_an_image)},
+        {good, image_fault_text(ImageFault::not_signed)},
+        {firmware::Signer(std::vector<std::uint8_t>(32, 0x17)).signed_image(good), image_fault_text(ImageFault::wrong_key)},
+        {image_of(lives(), 3000, 0x2000'2000, 2), "image has security version 2, this node wants 3 or more"}}) {
     Bench c;
     c.bus.install(old);
     c.bus.write_job();
     const tools::FirmwareUpdates updates(c.tool, file);
     c.power_up();
-    ASSERT_TRUE(c.tool.run_until(3 * kSecond, [&] { return c.bus.in_application(); })) << image_fault_text(fault);
-    EXPECT_TRUE(c.heard(image_fault_text(fault))) << image_fault_text(fault);
+    ASSERT_TRUE(c.tool.run_until(3 * kSecond, [&] { return c.bus.in_application(); })) << says;
+    EXPECT_TRUE(c.heard(says)) << says;
     EXPECT_TRUE(c.bus.holds(old));
   }
 }

@@ -15,7 +15,6 @@
 #define fe25519_freeze       crypto_sign_ed25519_ref_fe25519_freeze
 #define fe25519_unpack       crypto_sign_ed25519_ref_fe25519_unpack
 #define fe25519_pack         crypto_sign_ed25519_ref_fe25519_pack
-#define fe25519_iszero       crypto_sign_ed25519_ref_fe25519_iszero
 #define fe25519_iseq_vartime crypto_sign_ed25519_ref_fe25519_iseq_vartime
 #define fe25519_setone       crypto_sign_ed25519_ref_fe25519_setone
 #define fe25519_setzero      crypto_sign_ed25519_ref_fe25519_setzero
@@ -39,8 +38,6 @@ void fe25519_freeze(fe25519 *r);
 void fe25519_unpack(fe25519 *r, const unsigned char x[32]);
 
 void fe25519_pack(unsigned char r[32], const fe25519 *x);
-
-int fe25519_iszero(const fe25519 *x);
 
 int fe25519_iseq_vartime(const fe25519 *x, const fe25519 *y);
 

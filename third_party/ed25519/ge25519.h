@@ -10,13 +10,11 @@
 #define GE25519_H
 
 #include "fe25519.h"
-#include "sc25519.h"
 
 #define ge25519                           crypto_sign_ed25519_ref_ge25519
 #define ge25519_base                      crypto_sign_ed25519_ref_ge25519_base
 #define ge25519_unpackneg_vartime         crypto_sign_ed25519_ref_unpackneg_vartime
 #define ge25519_pack                      crypto_sign_ed25519_ref_pack
-#define ge25519_isneutral_vartime         crypto_sign_ed25519_ref_isneutral_vartime
 #define ge25519_double_scalarmult_vartime crypto_sign_ed25519_ref_double_scalarmult_vartime
 
 typedef struct
@@ -33,8 +31,6 @@ int ge25519_unpackneg_vartime(ge25519 *r, const unsigned char p[32]);
 
 void ge25519_pack(unsigned char r[32], const ge25519 *p);
 
-int ge25519_isneutral_vartime(const ge25519 *p);
-
-void ge25519_double_scalarmult_vartime(ge25519 *r, const ge25519 *p1, const sc25519 *s1, const ge25519 *p2, const sc25519 *s2);
+void ge25519_double_scalarmult_vartime(ge25519 *r, const ge25519 *p1, const unsigned char s1[32], const ge25519 *p2, const unsigned char s2[32]);
 
 #endif

@@ -8,7 +8,6 @@
  */
 
 #include "fe25519.h"
-#include "sc25519.h"
 #include "ge25519.h"
 
 /* 
@@ -170,55 +169,29 @@ void ge25519_pack(unsigned char r[32], const ge25519_p3 *p)
   r[31] ^= fe25519_getparity(&tx) << 7;
 }
 
-int ge25519_isneutral_vartime(const ge25519_p3 *p)
+/* bit i of both scalars */
+static int window(const unsigned char s1[32], const unsigned char s2[32], int i)
 {
-  int ret = 1;
-  if(!fe25519_iszero(&p->x)) ret = 0;
-  if(!fe25519_iseq_vartime(&p->y, &p->z)) ret = 0;
-  return ret;
+  return (s1[i/8] >> i%8 & 1) + 2*(s2[i/8] >> i%8 & 1);
 }
 
-/* computes [s1]p1 + [s2]p2 */
-void ge25519_double_scalarmult_vartime(ge25519_p3 *r, const ge25519_p3 *p1, const sc25519 *s1, const ge25519_p3 *p2, const sc25519 *s2)
+/* computes [s1]p1 + [s2]p2 for scalars below 2^253, little-endian */
+void ge25519_double_scalarmult_vartime(ge25519_p3 *r, const ge25519_p3 *p1, const unsigned char s1[32], const ge25519_p3 *p2, const unsigned char s2[32])
 {
   ge25519_p1p1 tp1p1;
-  ge25519_p3 pre[16];
-  unsigned char b[127];
-  int i;
+  ge25519_p3 both;
+  int i, w;
 
-  /* precomputation                                                        s2 s1 */
-  setneutral(pre);                                                      /* 00 00 */
-  pre[1] = *p1;                                                         /* 00 01 */
-  dbl_p1p1(&tp1p1,(ge25519_p2 *)p1);      p1p1_to_p3( &pre[2], &tp1p1); /* 00 10 */
-  add_p1p1(&tp1p1,&pre[1], &pre[2]);      p1p1_to_p3( &pre[3], &tp1p1); /* 00 11 */
-  pre[4] = *p2;                                                         /* 01 00 */
-  add_p1p1(&tp1p1,&pre[1], &pre[4]);      p1p1_to_p3( &pre[5], &tp1p1); /* 01 01 */
-  add_p1p1(&tp1p1,&pre[2], &pre[4]);      p1p1_to_p3( &pre[6], &tp1p1); /* 01 10 */
-  add_p1p1(&tp1p1,&pre[3], &pre[4]);      p1p1_to_p3( &pre[7], &tp1p1); /* 01 11 */
-  dbl_p1p1(&tp1p1,(ge25519_p2 *)p2);      p1p1_to_p3( &pre[8], &tp1p1); /* 10 00 */
-  add_p1p1(&tp1p1,&pre[1], &pre[8]);      p1p1_to_p3( &pre[9], &tp1p1); /* 10 01 */
-  dbl_p1p1(&tp1p1,(ge25519_p2 *)&pre[5]); p1p1_to_p3(&pre[10], &tp1p1); /* 10 10 */
-  add_p1p1(&tp1p1,&pre[3], &pre[8]);      p1p1_to_p3(&pre[11], &tp1p1); /* 10 11 */
-  add_p1p1(&tp1p1,&pre[4], &pre[8]);      p1p1_to_p3(&pre[12], &tp1p1); /* 11 00 */
-  add_p1p1(&tp1p1,&pre[1],&pre[12]);      p1p1_to_p3(&pre[13], &tp1p1); /* 11 01 */
-  add_p1p1(&tp1p1,&pre[2],&pre[12]);      p1p1_to_p3(&pre[14], &tp1p1); /* 11 10 */
-  add_p1p1(&tp1p1,&pre[3],&pre[12]);      p1p1_to_p3(&pre[15], &tp1p1); /* 11 11 */
-
-  sc25519_2interleave2(b,s1,s2);
-
-  /* scalar multiplication */
-  *r = pre[b[126]];
-  for(i=125;i>=0;i--)
+  add_p1p1(&tp1p1, p1, p2);
+  p1p1_to_p3(&both, &tp1p1);
+  setneutral(r);
+  for(i=252;i>=0;i--)
   {
     dbl_p1p1(&tp1p1, (ge25519_p2 *)r);
-    p1p1_to_p2((ge25519_p2 *) r, &tp1p1);
-    dbl_p1p1(&tp1p1, (ge25519_p2 *)r);
-    if(b[i]!=0)
-    {
-      p1p1_to_p3(r, &tp1p1);
-      add_p1p1(&tp1p1, r, &pre[b[i]]);
-    }
-    if(i != 0) p1p1_to_p2((ge25519_p2 *)r, &tp1p1);
-    else p1p1_to_p3(r, &tp1p1);
+    p1p1_to_p3(r, &tp1p1);
+    w = window(s1, s2, i);
+    if(w == 0) continue;
+    add_p1p1(&tp1p1, r, w == 1 ? p1 : w == 2 ? p2 : &both);
+    p1p1_to_p3(r, &tp1p1);
   }
 }

@@ -38,8 +38,6 @@
 #include <string.h>
 #include "sha512.h"
 
-#define SHA512_SHORT_BLOCK_LENGTH	(SHA512_BLOCK_LENGTH - 16)
-
 #define BE_8_TO_64(dst, cp) do {					\
 	(dst) = (uint64_t)(cp)[7] | ((uint64_t)(cp)[6] << 8) |	\
 	    ((uint64_t)(cp)[5] << 16) | ((uint64_t)(cp)[4] << 24) |	\
@@ -56,18 +54,6 @@
 	(cp)[5] = (src) >> 16;						\
 	(cp)[6] = (src) >> 8;						\
 	(cp)[7] = (src);						\
-} while (0)
-
-/*
- * Macro for incrementally adding the unsigned 64-bit integer n to the
- * unsigned 128-bit integer (represented using a two-element array of
- * 64-bit words):
- */
-#define ADDINC128(w,n) do {						\
-	(w)[0] += (uint64_t)(n);					\
-	if ((w)[0] < (n)) {						\
-		(w)[1]++;						\
-	}								\
 } while (0)
 
 #define R(b,x) 		((x) >> (b))
@@ -142,8 +128,7 @@ SHA512Init(SHA512_CTX *context)
 {
 	memcpy(context->state, sha512_initial_hash_value,
 	    sizeof(sha512_initial_hash_value));
-	memset(context->buffer, 0, sizeof(context->buffer));
-	context->bitcount[0] = context->bitcount[1] =  0;
+	context->bytes = 0;
 }
 
 
@@ -164,12 +149,21 @@ SHA512Transform(uint64_t state[8], const uint8_t data[SHA512_BLOCK_LENGTH])
 	g = state[6];
 	h = state[7];
 
-	j = 0;
-	do {
-		BE_8_TO_64(W512[j], data);
-		data += 8;
+	for (j = 0; j < 80; j++) {
+		if (j < 16) {
+			BE_8_TO_64(W512[j], data);
+			data += 8;
+		} else {
+			/* Part of the message block expansion: */
+			s0 = W512[(j+1)&0x0f];
+			s0 = sigma0_512(s0);
+			s1 = W512[(j+14)&0x0f];
+			s1 =  sigma1_512(s1);
+			W512[j&0x0f] += s1 + W512[(j+9)&0x0f] + s0;
+		}
+
 		/* Apply the SHA-512 compression function to update a..h */
-		T1 = h + Sigma1_512(e) + Ch(e, f, g) + K512[j] + W512[j];
+		T1 = h + Sigma1_512(e) + Ch(e, f, g) + K512[j] + W512[j&0x0f];
 		T2 = Sigma0_512(a) + Maj(a, b, c);
 		h = g;
 		g = f;
@@ -179,32 +173,7 @@ SHA512Transform(uint64_t state[8], const uint8_t data[SHA512_BLOCK_LENGTH])
 		c = b;
 		b = a;
 		a = T1 + T2;
-
-		j++;
-	} while (j < 16);
-
-	do {
-		/* Part of the message block expansion: */
-		s0 = W512[(j+1)&0x0f];
-		s0 = sigma0_512(s0);
-		s1 = W512[(j+14)&0x0f];
-		s1 =  sigma1_512(s1);
-
-		/* Apply the SHA-512 compression function to update a..h */
-		T1 = h + Sigma1_512(e) + Ch(e, f, g) + K512[j] +
-		     (W512[j&0x0f] += s1 + W512[(j+9)&0x0f] + s0);
-		T2 = Sigma0_512(a) + Maj(a, b, c);
-		h = g;
-		g = f;
-		f = e;
-		e = d + T1;
-		d = c;
-		c = b;
-		b = a;
-		a = T1 + T2;
-
-		j++;
-	} while (j < 80);
+	}
 
 	/* Compute the current intermediate hash value */
 	state[0] += a;
@@ -215,98 +184,40 @@ SHA512Transform(uint64_t state[8], const uint8_t data[SHA512_BLOCK_LENGTH])
 	state[5] += f;
 	state[6] += g;
 	state[7] += h;
-
-	/* Clean up */
-	a = b = c = d = e = f = g = h = T1 = T2 = 0;
 }
 
 void
 SHA512Update(SHA512_CTX *context, const uint8_t *data, size_t len)
 {
-	size_t	freespace, usedspace;
+	size_t	used, n;
 
-	/* Calling with no data is valid (we do nothing) */
-	if (len == 0)
-		return;
-
-	usedspace = (context->bitcount[0] >> 3) % SHA512_BLOCK_LENGTH;
-	if (usedspace > 0) {
-		/* Calculate how much free space is available in the buffer */
-		freespace = SHA512_BLOCK_LENGTH - usedspace;
-
-		if (len >= freespace) {
-			/* Fill the buffer completely and process it */
-			memcpy(&context->buffer[usedspace], data, freespace);
-			ADDINC128(context->bitcount, freespace << 3);
-			len -= freespace;
-			data += freespace;
+	while (len > 0) {
+		used = context->bytes % SHA512_BLOCK_LENGTH;
+		n = SHA512_BLOCK_LENGTH - used;
+		if (n > len)
+			n = len;
+		memcpy(&context->buffer[used], data, n);
+		context->bytes += n;
+		data += n;
+		len -= n;
+		if (used + n == SHA512_BLOCK_LENGTH)
 			SHA512Transform(context->state, context->buffer);
-		} else {
-			/* The buffer is not yet full */
-			memcpy(&context->buffer[usedspace], data, len);
-			ADDINC128(context->bitcount, len << 3);
-			/* Clean up: */
-			usedspace = freespace = 0;
-			return;
-		}
 	}
-	while (len >= SHA512_BLOCK_LENGTH) {
-		/* Process as many complete blocks as we can */
-		SHA512Transform(context->state, data);
-		ADDINC128(context->bitcount, SHA512_BLOCK_LENGTH << 3);
-		len -= SHA512_BLOCK_LENGTH;
-		data += SHA512_BLOCK_LENGTH;
-	}
-	if (len > 0) {
-		/* There's left-overs, so save 'em */
-		memcpy(context->buffer, data, len);
-		ADDINC128(context->bitcount, len << 3);
-	}
-	/* Clean up: */
-	usedspace = freespace = 0;
 }
 
 void
 SHA512Pad(SHA512_CTX *context)
 {
-	unsigned int	usedspace;
+	/* A one bit, zeros, and the length of the data in 128 bits, big-endian; the upper half of it is 0 */
+	uint64_t	bits = (uint64_t)context->bytes << 3;
+	uint8_t	next = 0x80, length[16] = {0};
 
-	usedspace = (context->bitcount[0] >> 3) % SHA512_BLOCK_LENGTH;
-	if (usedspace > 0) {
-		/* Begin padding with a 1 bit: */
-		context->buffer[usedspace++] = 0x80;
-
-		if (usedspace <= SHA512_SHORT_BLOCK_LENGTH) {
-			/* Set-up for the last transform: */
-			memset(&context->buffer[usedspace], 0, SHA512_SHORT_BLOCK_LENGTH - usedspace);
-		} else {
-			if (usedspace < SHA512_BLOCK_LENGTH) {
-				memset(&context->buffer[usedspace], 0, SHA512_BLOCK_LENGTH - usedspace);
-			}
-			/* Do second-to-last transform: */
-			SHA512Transform(context->state, context->buffer);
-
-			/* And set-up for the last transform: */
-			memset(context->buffer, 0, SHA512_BLOCK_LENGTH - 2);
-		}
-	} else {
-		/* Prepare for final transform: */
-		memset(context->buffer, 0, SHA512_SHORT_BLOCK_LENGTH);
-
-		/* Begin padding with a 1 bit: */
-		*context->buffer = 0x80;
-	}
-	/* Store the length of input data (in bits) in big endian format: */
-	BE_64_TO_8(&context->buffer[SHA512_SHORT_BLOCK_LENGTH],
-	    context->bitcount[1]);
-	BE_64_TO_8(&context->buffer[SHA512_SHORT_BLOCK_LENGTH + 8],
-	    context->bitcount[0]);
-
-	/* Final transform: */
-	SHA512Transform(context->state, context->buffer);
-
-	/* Clean up: */
-	usedspace = 0;
+	do {
+		SHA512Update(context, &next, 1);
+		next = 0;
+	} while (context->bytes % SHA512_BLOCK_LENGTH != SHA512_BLOCK_LENGTH - 16);
+	BE_64_TO_8(&length[8], bits);
+	SHA512Update(context, length, 16);
 }
 
 void

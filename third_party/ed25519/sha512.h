@@ -46,7 +46,7 @@
 
 typedef struct {
 	uint64_t	state[8];
-	uint64_t	bitcount[2];
+	uint32_t	bytes;	/* so far; below 2^32 */
 	uint8_t	buffer[SHA512_BLOCK_LENGTH];
 } SHA512_CTX;
 

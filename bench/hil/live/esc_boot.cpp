@@ -34,7 +34,7 @@ void EscFlash::install_first_image() {
 
 std::optional<firmware::ImageHeader> EscFlash::to_start() {
   if (firmware::UpdateRecord(flash_, layout_.record_page).job()) return std::nullopt;
-  return firmware::ApplicationArea(flash_, layout_).installed(firmware::board_name(kEscBoard));
+  return firmware::ApplicationArea(flash_, layout_).installed(firmware::board_name(kEscBoard), firmware::kNoKey);
 }
 
 std::unique_ptr<EscFlash::Updater> EscFlash::make_updater(std::uint8_t own_id, const std::array<std::uint8_t, 16>& unique_id) {

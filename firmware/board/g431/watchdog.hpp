@@ -24,11 +24,11 @@ static_assert((kIwdgReload + 1) * kIwdgDivider * 1000 / kLsiFastest_Hz >= 50 &&
               (kIwdgReload + 1) * kIwdgDivider * 1000 / kLsiSlowest_Hz <= 100);
 
 inline void feed_iwdg() { iwdg().kr.write(0xAAAA); }
-inline void start_iwdg() {
+inline void start_iwdg(std::uint32_t reload = kIwdgReload) {
   iwdg().kr.write(0xCCCC);
   iwdg().kr.write(0x5555);
   iwdg().pr.write(2);  // / 16
-  iwdg().rlr.write(kIwdgReload);
+  iwdg().rlr.write(reload);
   wait_for([] { return iwdg().sr.read() == 0; }, 100'000);
   feed_iwdg();
 }

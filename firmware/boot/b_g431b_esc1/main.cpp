@@ -11,6 +11,7 @@
 #include "firmware/boot/b_g431b_esc1/boot_start.hpp"
 #include "firmware/boot/bootloader.hpp"
 #include "firmware/core/node/parameter_store.hpp"
+#include "firmware/update/release_key.hpp"
 
 namespace rotorloop::b_g431b_esc1 {
 namespace {
@@ -18,7 +19,9 @@ namespace {
 using firmware::BootStage;
 using firmware::Handover;
 
-// Every access feeds the watchdog: the longest, the erase of a page, takes 25 ms of its 56.
+// Every access feeds the watchdog: the longest, the erase of a page, takes 25 ms. Between two of them a signature is checked, 40 ms of 100.
+constexpr std::uint32_t kBootIwdgReload = 239;
+static_assert((kBootIwdgReload + 1) * g431::kIwdgDivider * 1000 / g431::kLsiFastest_Hz >= 100);
 template <std::uint32_t kFirstPage, std::uint32_t kPages>
 struct Pages {
   static constexpr std::uint32_t kFlashPageBytes = g431::kPageBytes;
@@ -41,6 +44,9 @@ using WholeFlash = Pages<0, g431::kPages>;
 using ParameterFlash = Pages<kParameterPage, 2>;
 using Boot = firmware::Bootloader<WholeFlash>;
 
+constexpr firmware::UpdateKey kKey = firmware::ROTORLOOP_UPDATE_KEY;  // by the build
+static_assert(kKey.kind != firmware::KeyKind::release || firmware::kHasReleaseKey, "release_key.hpp has no key yet");
+
 constinit g431::Fdcan can;
 constinit g431::Microseconds clock;
 constinit WholeFlash flash;
@@ -55,7 +61,7 @@ bool start_board() {
   g431::rcc().apb1enr1.set(g431::rcc_bits::kPwr);
   g431::pwr().cr3.set(g431::pwr_bits::kUcpdDeadBatteryOff);  // its pull-downs lie on two pins of ours
   const bool clocks = g431::start_clocks() == g431::ClockFault::none;
-  g431::start_iwdg();
+  g431::start_iwdg(kBootIwdgReload);
   g431::start_microseconds();
   g431::make_output(kLed, !kLedOnAt);
   g431::make_output(kCanTermination, kCanTerminated);
@@ -109,7 +115,7 @@ firmware::BootConfig configuration() {
   c.updater.name = "org.rotorloop.b_g431b_esc1";
   c.updater.unique_id = g431::unique_id();
   c.updater.own_id = stored_id();
-  c.updater.trust = "unsigned accepted";
+  c.updater.key = kKey;
   c.updater.layout = kUpdateLayout;
   return c;
 }

@@ -101,9 +101,8 @@ class ParameterStore {
   std::optional<std::uint64_t> read(std::uint32_t page, std::uint32_t word) const {
     std::array<std::uint8_t, 8> bytes{};
     if (!flash_.flash_read(page, 8u * word, bytes)) return std::nullopt;
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < 8; ++i) value |= static_cast<std::uint64_t>(bytes[i]) << (8u * i);
-    return value;
+    static_assert(std::endian::native == std::endian::little);
+    return std::bit_cast<std::uint64_t>(bytes);
   }
 
   std::optional<Page> page_at(std::uint32_t page) const {

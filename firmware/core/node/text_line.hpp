@@ -21,6 +21,10 @@ class TextLine {
     digits(v < 0 ? 0u - static_cast<std::uint32_t>(v) : static_cast<std::uint32_t>(v));
     return *this;
   }
+  constexpr TextLine& add_decimal(std::uint32_t v) {
+    digits(v);
+    return *this;
+  }
   constexpr TextLine& add_hex(std::uint32_t v) {
     for (unsigned at = 32; at != 0; at -= 4) put("0123456789abcdef"[v >> (at - 4) & 15u]);
     return *this;

@@ -200,7 +200,6 @@ TEST(Boot, WithoutAStoredIdItAsksAnAllocatorWithTheUniqueIdOfTheApplication) {
 
 TEST(Boot, SaysInGetNodeInfoWhichImagesItTakesAndAtEveryUpdateToo) {
   BootRig rig;
-  rig.config.updater.trust = "unsigned accepted";
   rig.server.file = new_image();
   rig.reset(ResetCause::software);
   rig.run(0.1);
@@ -223,11 +222,11 @@ TEST(Boot, SaysInGetNodeInfoWhichImagesItTakesAndAtEveryUpdateToo) {
     const auto t = receiver.accept(f, 1);
     ASSERT_TRUE(!t || decode(t->payload, info));
   }
-  EXPECT_EQ(std::string(info.certificate.items.begin(), info.certificate.items.begin() + info.certificate.count), "unsigned accepted");
+  EXPECT_EQ(std::string(info.name.begin(), info.name.begin() + info.name_length), "org.rotorloop.esc.unsigned_accepted");
   rig.begin_update();
   rig.run(5.0);
   EXPECT_TRUE(rig.started);
-  EXPECT_TRUE(rig.said_text("unsigned accepted"));
+  EXPECT_TRUE(rig.said_text("unsigned accepted: this program has no key"));
 }
 
 TEST(Boot, NoPageIsErasedWhileTheAnswerToBeginFirmwareUpdateIsDue) {

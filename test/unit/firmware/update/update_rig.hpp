@@ -115,6 +115,22 @@ class UpdateRig {
   void hand_over(const char* path = "fw.bin") {
     UpdateRecord(flash, config.layout.record_page).begin({.server = kServer, .own_id = kNode, .path = path});
   }
+  // A server asks a node that waits.
+  void ask_to_begin(const char* path = "fw.bin") {
+    protocols::BeginFirmwareUpdate q{.source_node_id = kServer, .path = {}};
+    q.path.path = path;
+    std::array<std::uint8_t, protocols::max_bytes<protocols::BeginFirmwareUpdate>()> payload{};
+    const std::size_t size = encode(q, payload);
+    protocols::encode_transfer({.kind = protocols::TransferKind::request,
+                                .priority = 16,
+                                .data_type_id = protocols::BeginFirmwareUpdate::kType.id,
+                                .source = kServer,
+                                .destination = kNode},
+                               protocols::BeginFirmwareUpdate::kType.crc_seed(), asked_++, {payload.data(), size}, [&](const CanFrame& f) {
+                                 updater->on_frame(f, now_us);
+                                 return true;
+                               });
+  }
   void reset() {
     updater = std::make_unique<Updater<EmulatedFlash>>(flash, config);
     to_server_.clear();
@@ -147,7 +163,7 @@ class UpdateRig {
     }
     return out;
   }
-  std::optional<ImageHeader> installed() { return ApplicationArea(flash, config.layout).installed(config.board); }
+  std::optional<ImageHeader> installed() { return ApplicationArea(flash, config.layout).installed(config.board, config.key); }
 
   std::vector<std::string> logs() const {
     static constexpr std::array kWanted{protocols::subscribe(protocols::TransferKind::message, protocols::LogMessage::kType)};
@@ -184,6 +200,7 @@ class UpdateRig {
   }
   std::vector<CanFrame> to_server_, to_updater_;
   std::uint64_t busy_us_ = 0, n_ = 0;
+  std::uint8_t asked_ = 0;
 };
 
 }  // namespace rotorloop::firmware

@@ -151,7 +151,7 @@ TEST(Update, ServerThatFallsSilentInTheMiddleLeavesANodeThatWaitsOnTheBusAndGoes
   EXPECT_EQ(rig.area_bytes(image.size()), image);
 }
 
-TEST(Update, TimeOutIs1sUntilTheFirstAnswerAndThenFourTimesTheSlowestWithin100msAnd1s) {
+TEST(Update, TimeOutIs1sUntilTheFirstAnswerAndThenFourTimesTheSlowestWithin30msAnd1s) {
   UpdateRig rig;
   rig.install(old_image());
   rig.server.file = make_image();
@@ -159,7 +159,7 @@ TEST(Update, TimeOutIs1sUntilTheFirstAnswerAndThenFourTimesTheSlowestWithin100ms
   rig.reset();
   EXPECT_EQ(rig.updater->timeout_us(), 1'000'000u);
   rig.run(0.5);
-  EXPECT_EQ(rig.updater->timeout_us(), 100'000u) << "answers take some 7 ms";
+  EXPECT_NEAR(static_cast<double>(rig.updater->timeout_us()), 30'000.0, 500.0) << "answers take 7.6 ms at most";
 }
 
 TEST(Update, ApplicationAreaThatIsWholeIsRecognisedAndEveryFlippedBitOfItIsNoticed) {
