@@ -1,8 +1,8 @@
 """Finishes the program of an ESC, and judges it.
 
-usage: firmware_image.py ELF [--check] [--commit HEX] [--version MAJOR.MINOR] [--unsigned]
-Writes the header of firmware/update/image.hpp, signed with the test key (firmware/update/update_key.hpp), into the ELF and beside it ELF's
-name with .bin and .rlf. --check: prints sizes, static RAM, the bound of the stack and what must not be in it; exit 6 when one is beyond its
+usage: firmware_image.py ELF [--check] [--commit HEX] [--version MAJOR.MINOR] [--security N] [--key PEM | --unsigned]
+Writes the header of firmware/update/image.hpp into the ELF and beside it ELF's name with .bin and .rlf. It is signed with the test key
+(firmware/update/update_key.hpp), or with the Ed25519 key of a PEM file that its owner alone can read (docs/security.md). --check: prints sizes, static RAM, the bound of the stack and what must not be in it; exit 6 when one is beyond its
 limit. Reads the .su files of the same build.
 """
 import argparse
@@ -45,25 +45,39 @@ def commit_of(folder):
     return int(done.stdout, 16) if done.returncode == 0 else 0
 
 
-def test_signed(image):
-    """By the openssl command: Ed25519 over bytes 0..47 and the SHA-512 of the payload (firmware/update/signature.hpp)."""
+def signed(image, key_file):
+    """By the openssl command, which alone reads the key; none: the test key. Ed25519 over what firmware/update/signature.hpp says."""
     digest = hashlib.sha512(image[HEADER_BYTES:]).digest()
     with tempfile.TemporaryDirectory() as folder:
         key, message = pathlib.Path(folder, "key"), pathlib.Path(folder, "message")
         key.write_bytes(bytes.fromhex("302e020100300506032b657004220420") + b"rotorloop test key, not a secret")  # PKCS#8
         message.write_bytes(image[:48] + digest)
-        words = ["openssl", "pkeyutl", "-sign", "-rawin", "-keyform", "DER", "-inkey", str(key), "-in", str(message)]
-        signature = subprocess.run(words, check=True, capture_output=True).stdout
+        form = ("PEM", key_file) if key_file else ("DER", key)
+        words = ["openssl", "pkeyutl", "-sign", "-rawin", "-keyform", form[0], "-inkey", str(form[1]), "-in", str(message)]
+        signature = subprocess.run(words, capture_output=True).stdout
+    if len(signature) != 64:
+        sys.exit(f"{key_file}: openssl makes no Ed25519 signature with it: give a key made by `openssl genpkey -algorithm ed25519`")
     return image[:56] + signature + digest + image[184:]
 
 
-def finish(elf, commit, version, signed):
+def checked_key(path):
+    """A file that others can read holds no secret any more."""
+    try:
+        mode = path.stat().st_mode & 0o777
+    except OSError as error:
+        sys.exit(f"{path}: {error.strerror}: give the PEM file of the private key")
+    if mode & 0o077:
+        sys.exit(f"{path}: has mode {mode:04o}, others can read or write it: 0600 is expected; chmod 600, or make a new key if others may have read it")
+    return path
+
+
+def finish(elf, commit, version, security, sign):
     """The image: header and payload."""
     whole = elf.with_suffix(".bin")
     tool("objcopy", "-O", "binary", elf, whole)
     payload = whole.read_bytes()[HEADER_BYTES:]
-    image = IMAGE["image"](payload, BOARD, *version, 0, commit)
-    image = test_signed(image) if signed else image
+    image = IMAGE["image"](payload, BOARD, *version, security, commit)
+    image = sign(image)
     whole.write_bytes(image)
     elf.with_suffix(".rlf").write_bytes(image)
     header = elf.with_suffix(".header")
@@ -105,11 +119,17 @@ def main():
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--commit", type=lambda text: int(text, 16), default=commit_of(HERE))
     parser.add_argument("--version", type=lambda text: tuple(int(part) for part in text.split(".")), default=(0, 1))
-    parser.add_argument("--unsigned", action="store_true")
+    parser.add_argument("--security", type=int, default=0)
+    whose = parser.add_mutually_exclusive_group()
+    whose.add_argument("--key", type=pathlib.Path)
+    whose.add_argument("--unsigned", action="store_true")
     o = parser.parse_args()
-    image = finish(o.elf, o.commit, o.version, not o.unsigned)
+    if not 0 <= o.security < 2**32:
+        parser.error(f"--security is {o.security}: 0 to {2**32 - 1} is expected")
+    key = checked_key(o.key) if o.key else None
+    image = finish(o.elf, o.commit, o.version, o.security, (lambda i: i) if o.unsigned else (lambda i: signed(i, key)))
     crc, = struct.unpack_from("<Q", image, 40)
-    print(f"{o.elf.name}: version {o.version[0]}.{o.version[1]}, commit {o.commit:08x}, payload {len(image) - HEADER_BYTES} bytes, CRC {crc:016x}, {'not signed' if o.unsigned else 'signed with the test key'}")
+    print(f"{o.elf.name}: version {o.version[0]}.{o.version[1]}, commit {o.commit:08x}, payload {len(image) - HEADER_BYTES} bytes, CRC {crc:016x}, {'not signed' if o.unsigned else f'signed with {key}' if key else 'signed with the test key'}")
     print(f"in {o.elf.parent}: {o.elf.name}, {o.elf.stem}.bin, {o.elf.stem}.rlf")
     if not o.check:
         return 0

@@ -1,4 +1,4 @@
-// The place of the release key: the public half of the key that signs releases. `rotorloop image keygen` prints it in this form. All zeros:
+// The public half of the key that signs releases. docs/security.md says how it is made and printed. All zeros:
 // there is none yet, and a build that asks for a release key does not compile.
 #pragma once
 #include <algorithm>

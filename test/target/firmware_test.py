@@ -1,9 +1,11 @@
 """The programs that are flashed into an ST B-G431B-ESC1: built twice, in two folders, every file of a release is the same byte for byte; the
-file with both programs, as ELF and as Intel HEX, has the bytes of each at its place; sizes and RAM are within their limits.
+file with both programs, as ELF and as Intel HEX, has the bytes of each at its place; sizes and RAM are within their limits; signed with the
+test key, and with a key of one's own that nobody else can read.
 
 usage: firmware_test.py SOURCE_FOLDER WORK_FOLDER
 Skipped (77) without the cross compiler; exit code 1: other bytes; 6: beyond a limit (scripts/firmware_image.py prints which).
 """
+import hashlib
 import pathlib
 import shutil
 import subprocess
@@ -33,6 +35,35 @@ def flash_of(file, kind, scratch):
     return scratch.read_bytes()
 
 
+def check_signature(source, elf, work):
+    """What is wrong with the image that a key of openssl's has signed, by openssl's word; restores the image of the test key."""
+    secret, public, message, signature = (work / name for name in ("secret.pem", "public.pem", "message", "signature"))
+    run = lambda *words: subprocess.run([str(word) for word in words], capture_output=True, text=True)
+    run("openssl", "genpkey", "-algorithm", "ed25519", "-out", secret)
+    run("openssl", "pkey", "-in", secret, "-pubout", "-out", public)
+    sign = (sys.executable, "-B", source / "scripts/firmware_image.py", elf, "--commit", "0")
+    good = lambda: run("openssl", "pkeyutl", "-verify", "-rawin", "-pubin", "-inkey", public, "-in", message, "-sigfile", signature).returncode == 0
+    wrong = []
+    secret.chmod(0o600)
+    if run(*sign, "--key", secret).returncode != 0:
+        wrong.append("a key of mode 0600 is refused")
+    image = elf.with_suffix(".rlf").read_bytes()
+    signature.write_bytes(image[56:120])
+    message.write_bytes(image[:48] + hashlib.sha512(image[512:]).digest())
+    if not good():
+        wrong.append("openssl does not verify the signature of the key that it has made")
+    message.write_bytes(image[:47] + bytes([image[47] ^ 1]) + hashlib.sha512(image[512:]).digest())
+    if good():
+        wrong.append("openssl verifies another header")
+    secret.chmod(0o640)
+    refused = run(*sign, "--key", secret)
+    if refused.returncode == 0 or "0640, others can read" not in refused.stderr or elf.with_suffix(".rlf").read_bytes() != image:
+        wrong.append(f"a key of mode 0640 is not refused: {refused.stderr}")
+    if "PRIVATE KEY" in refused.stdout + refused.stderr or run(*sign).returncode != 0:
+        wrong.append("the key is in the output, or the test key does not sign")
+    return wrong
+
+
 def main(source, work):
     if not shutil.which("arm-none-eabi-g++"):
         print("skipped: 1 program; arm-none-eabi-g++ is missing")
@@ -52,6 +83,7 @@ def main(source, work):
             wrong.append(f"{suffix}: not the bootloader and the image, each at its place")
     if len(first) != 9:
         wrong.append(f"a release has 9 files: {', '.join(first)}")
+    wrong += check_signature(source, work / "build/bin" / TARGET, work)
     for line in wrong:
         print(line, file=sys.stderr)
     return 1 if wrong else 0
