@@ -69,6 +69,13 @@ def joined_elf(parts, out, folder):
     subprocess.run(["arm-none-eabi-ld", "-T", "joined.ld", "--strip-all", "-e", f"{entry:#x}", "-o", out.resolve()], cwd=folder, check=True)
 
 
+def signed_with(image):
+    """An Ed25519 signature is the same each time, so the test key's is known by making it again."""
+    if image[56:120] == b"\xFF" * 64:
+        return "nothing"
+    return "the test key, which protects nothing" if firmware_image.signed(image, None) == image else "a key of the maker"
+
+
 def release(elf, boot, out, commit, modified):
     if out.exists() and any(out.iterdir()):
         sys.exit(f"{out}: error: the folder of the release is not empty\n  do: give a new folder, or remove this one")
@@ -84,7 +91,7 @@ def release(elf, boot, out, commit, modified):
     files = {file.name: file.read_bytes() for file in sorted(out.iterdir())}
     sums = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
     manifest = {"board": board.rstrip(b"\0").decode(), "version": f"{major}.{minor}", "security_version": security, "commit": f"{commit:08x}",
-                "modified": modified, "signed": image[56:120] != b"\xFF" * 64, "compiler": firmware_image.tool("g++", "--version").splitlines()[0],
+                "modified": modified, "signed_with": signed_with(image), "compiler": firmware_image.tool("g++", "--version").splitlines()[0],
                 "payload_bytes": size, "versions": versions(), "files": {name: {"bytes": len(files[name]), "sha256": sums[name]} for name in files}}
     (out / "manifest.json").write_text(json.dumps(manifest, indent=2) + "\n", encoding="utf-8")
     sums["manifest.json"] = hashlib.sha256((out / "manifest.json").read_bytes()).hexdigest()
@@ -102,7 +109,7 @@ def main():
     o = parser.parse_args()
     manifest = release(o.elf, o.boot, o.out, o.commit, o.modified)
     print(f"{o.out}: {manifest['board']} {manifest['version']}, commit {manifest['commit']}{' with changes' if o.modified else ''}, "
-          f"{'signed' if manifest['signed'] else 'NOT signed'}, {len(manifest['files']) + 2} files")
+          f"signed with {manifest['signed_with']}, {len(manifest['files']) + 2} files")
 
 
 if __name__ == "__main__":
