@@ -198,8 +198,9 @@ void add_stand_estimate(CLI::App& group, int& exit_code) {
       ->check(CLI::Range(100, 100000))
       ->capture_default_str();
   c->add_option("--seed", o->estimate.seed, "seed of the bootstrap")->capture_default_str();
-  c->add_option("--accept", o->accepted,
-                "checks to override, on your responsibility: power_balance, figure_of_merit, uncertainty, speed_law; every file says so")
+  c->add_option(
+       "--accept", o->accepted,
+       "checks to override, on your responsibility: power_balance, figure_of_merit, uncertainty, speed_law, still_air; every file says so")
       ->delimiter(',')
       ->check(CLI::IsMember(std::vector<std::string>(stand::kCredibilityChecks.begin(), stand::kCredibilityChecks.end())));
   c->add_flag("--json", o->json, "result.json on stdout instead of tables");

@@ -6,13 +6,13 @@
 #include <cmath>
 
 #include "bench/stand/evaluate/misread_speed.hpp"
+#include "bench/stand/evaluate/rest_points.hpp"
 #include "host/base/block_fit.hpp"
 #include "host/base/statistics.hpp"
 
 namespace rotorloop::stand {
 namespace {
 
-constexpr double kAtRest_rad_s = 20.0;
 constexpr double kSameSpeed = 0.15;     // rotors on one command differ by a few per cent
 constexpr double kMisreadShare = 0.05;  // of the points: more is a sensor, less a transient
 constexpr std::size_t kLeastMisread = 2;
@@ -37,27 +37,27 @@ double largest(const StandRecord& r, double StandPoint::*value) {
 // Speed reads zero while the rotor pulls.
 void check_dead_speed(CheckedStand& s) {
   StandRecord& r = s.record;
-  const double most = largest(r, &StandPoint::thrust_N);
+  const RestPoints rest(r);
   for (std::size_t k = 0; k < r.rotors; ++k) {
     std::size_t dead = 0, running = 0;
     for (const auto& p : r.points) {
-      const bool pulls = r.rotors == 1 ? std::abs(p.thrust_N) > 0.1 * most && most > 0.0 : any_turns(r, p);
-      running += pulls;
-      dead += pulls && !turns(p, k);
+      const bool runs = r.rotors == 1 ? turns(p, k) || rest.pulls(p) : any_turns(r, p);
+      running += runs;
+      dead += runs && !turns(p, k);
     }
     if (static_cast<double>(dead) <= kMisreadShare * static_cast<double>(running) || running == 0) continue;
-    s.faults.push_back({fmt::format("rotor {} speed", k + 1),
-                        r.rotors == 1 ? fmt::format("reads 0 in {} of {} points with more than a tenth of the largest thrust, {:.3g} N",
-                                                    dead, running, most)
-                                      : fmt::format("reads 0 in {} of {} points where other rotors turn", dead, running),
-                        "the speed sensor was not connected or lost the rotor, or the load cell was not tared"});
+    s.faults.push_back(
+        {fmt::format("rotor {} speed", k + 1),
+         fmt::format("reads 0 in {} of {} points where {}", dead, running, r.rotors == 1 ? "it turns or pulls" : "other rotors turn"),
+         r.rotors == 1 ? "the speed sensor was not connected or lost the rotor, or the load cell was not tared"
+                       : "the speed sensor was not connected or lost the rotor"});
     if (dead == running && r.rotors == 1) s.speed = StandChannelState::faulty;
   }
   if (s.speed == StandChannelState::faulty) return;
   // Without its speed a rotor that is alone says nothing; among several, the next check looks at what is left.
   if (r.rotors > 1) return;
   const std::size_t before = r.points.size();
-  std::erase_if(r.points, [&](const StandPoint& p) { return !turns(p, 0) && std::abs(p.thrust_N) > 0.1 * most && most > 0.0; });
+  std::erase_if(r.points, [&](const StandPoint& p) { return !turns(p, 0) && rest.pulls(p); });
   if (r.points.size() < before) s.notes.push_back(fmt::format("{} points without a speed left out", before - r.points.size()));
 }
 
@@ -129,7 +129,7 @@ void take_rest(CheckedStand& s) {
   double n = 0.0, thrust = 0.0, torque = 0.0;
   for (const auto& p : r.points)
     if (!any_turns(r, p)) n += 1.0, thrust += p.thrust_N, torque += p.torque_N_m;
-  if (n >= 3.0) s.rest_thrust_N = thrust / n, s.rest_torque_N_m = torque / n;
+  if (n >= (r.means ? 1.0 : 3.0)) s.rest_thrust_N = thrust / n, s.rest_torque_N_m = torque / n;
   std::erase_if(r.points, [&](const StandPoint& p) { return !any_turns(r, p); });
 }
 
@@ -175,11 +175,12 @@ StandChannelState check_channel(CheckedStand& s, double StandPoint::*value, std:
                                 bool sign_matters) {
   StandRecord& r = s.record;
   std::vector<double> seen;
+  double& rest = value == &StandPoint::thrust_N ? s.rest_thrust_N : s.rest_torque_N_m;
   double with_speed = 0.0;
   for (const auto& p : r.points) {
     if (!(p.*value == p.*value)) continue;
     seen.push_back(p.*value);
-    with_speed += p.*value * sum_omega_squared(r, p);
+    with_speed += (p.*value - (rest == rest ? rest : 0.0)) * sum_omega_squared(r, p);
   }
   if (seen.size() < 4) return StandChannelState::absent;
   const auto [low, high] = std::minmax_element(seen.begin(), seen.end());
@@ -191,7 +192,8 @@ StandChannelState check_channel(CheckedStand& s, double StandPoint::*value, std:
   if (frozen(s, value, name, unit, resolution(seen))) return StandChannelState::faulty;
   if (with_speed < 0.0) {
     for (auto& p : r.points) p.*value = -(p.*value);
-    (value == &StandPoint::thrust_N ? s.rest_thrust_N : s.rest_torque_N_m) *= -1.0;
+    rest *= -1.0;
+    (value == &StandPoint::thrust_N ? s.thrust_sign : s.torque_sign) = -1.0;
     if (sign_matters)
       s.notes.push_back(
           fmt::format("{} is negative where the rotor turns (median {:.3g} {}): the stand counts pulling as negative; sign turned", name,
@@ -264,7 +266,7 @@ void check_zero(CheckedStand& s, StandQuantity channel) {
        rest == rest && !rest_agrees
            ? "not the tare, which the readings at rest contradict: a mount that carries part of the load, or friction in it"
            : "the load cell was tared under load, or not at all",
-       true});
+       true, rest == rest && !rest_agrees ? std::abs(rest - offset) / most : 0.0});
   (thrust ? s.thrust : s.torque) = StandChannelState::faulty;
 }
 

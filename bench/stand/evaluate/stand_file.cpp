@@ -14,6 +14,8 @@
 namespace rotorloop::stand {
 namespace {
 
+constexpr double kBeforeIsRestart_s = 1.0;  // a row this much before the latest is of another start of the clock
+
 using Chosen = std::map<StandQuantity, const StandChannel*>;
 
 bool has_all(const log::ColumnTable& table, const std::vector<std::string>& columns) {
@@ -65,6 +67,21 @@ std::vector<StandPoint> rows_of(const StandMapping& m, const Chosen& chosen, con
     }
   }
   return points;
+}
+
+// A log that was begun anew in the same file starts its clock again: its rows come after those before, a second later.
+void read_on_after_restarts(std::vector<StandPoint>& points, StandRecord& r) {
+  double before = 0.0, latest = kNotMeasured;
+  std::size_t restarts = 0, row = 0;
+  for (StandPoint& p : points) {
+    if (p.t_s != p.t_s) continue;
+    if (p.t_s + before < latest - kBeforeIsRestart_s) before = latest + 1.0 - p.t_s, ++restarts, row = p.row;
+    p.t_s += before;
+    latest = std::max(p.t_s, latest == latest ? latest : p.t_s);
+  }
+  if (restarts > 0)
+    r.notes.push_back(fmt::format("time starts again {} times, last in row {}: a log that was begun anew in this file; read on as one run",
+                                  restarts, row));
 }
 
 // For each row of the joined table the mean of those of the file whose column `to` equals its key; speeds by their median, which a
@@ -121,8 +138,10 @@ std::vector<StandPoint> means_of(const StandMapping& m, const std::vector<StandP
   // Slope across at least half a second: between neighbouring means of a fast record it would be noise.
   const std::size_t reach = static_cast<std::size_t>(std::max(1.0, std::ceil(0.25 / m.average_s)));
   std::vector<StandPoint> steady;
-  for (std::size_t i = reach; i + reach < means.size(); ++i) {
-    const StandPoint &a = means[i - reach], &b = means[i + reach];
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    // At both ends the slope to one side: there are the zeros of most logs.
+    const StandPoint &a = means[i - std::min(i, reach)], &b = means[std::min(i + reach, means.size() - 1)];
+    if (!(b.t_s > a.t_s)) continue;
     if (b.t_s - a.t_s > 1.5 * 2.0 * static_cast<double>(reach) * m.average_s) continue;  // a gap
     bool rests = true;
     for (std::size_t k = 0; k < rotors; ++k) rests &= std::abs(b.omega_rad_s[k] - a.omega_rad_s[k]) <= m.slope_max_rad_s2 * (b.t_s - a.t_s);
@@ -148,6 +167,7 @@ StandRecord record_of(const log::ColumnTable& file, const log::ColumnTable* join
   r.rows = file.rows;
   r.notes = file.notes;
   r.points = rows_of(m, chosen, file);
+  if (m.average_s > 0.0) read_on_after_restarts(r.points, r);
   if (joined) r.points = joined_rows(m, chosen, file, r.points, *joined, r.rotors);
   if (m.average_s > 0.0) {
     const std::size_t before = r.points.size();

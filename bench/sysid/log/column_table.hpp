@@ -33,7 +33,8 @@ struct CsvFormat {
 
 // One row of names, then rows of numbers; blank lines, lines that begin with '#', a byte order mark and CRLF are allowed. Blank cells,
 // "nan" and "null" are not-a-number, true and false 1 and 0. Only the columns in `wanted` (nullptr: all) are kept and checked.
-// Of a foreign file cells beyond the names are left out and noted, unless most rows have half as many again, as decimals with a comma make.
+// Of a foreign file cells beyond the names are left out and noted, unless rows have half as many again and no decimal point, as decimals
+// with a comma make; rows that all lack the last columns are read, and so is a log that was begun anew in the same file (names repeated).
 // Throws Error (ExitCode::data_quality) with file, line, column and value for anything else; `path` is for messages.
 ColumnTable parse_csv(std::string_view text, const std::filesystem::path& path, const std::set<std::string>* wanted,
                       const CsvFormat& format);

@@ -6,15 +6,17 @@
 #include <cmath>
 #include <numbers>
 
+#include "bench/stand/evaluate/estimate/still_air.hpp"
 #include "host/base/constants.hpp"
 
 namespace rotorloop::stand {
 namespace {
 
-constexpr double kPowerMargin = 0.05;    // of the electrical power: gains of voltage, current and torque together
-constexpr double kLoaded = 0.3;          // of the largest power: below, a wrong zero of the current outweighs the rest
-constexpr double kMostBeyond = 0.2;      // share of the loaded points
-constexpr double kCurrentSeen_A = 0.05;  // below this throughout, no current was measured
+constexpr double kPowerMargin = 0.05;  // of the electrical power: gains of voltage, current and torque together
+constexpr double kLoaded = 0.3;        // of the largest power: below, a wrong zero of the current outweighs the rest
+constexpr double kMostBeyond = 0.2;    // share of the loaded points
+constexpr std::array<double, 2> kStaticThrustCoefficient{0.03, 0.3};  // C_T of propellers at rest, from flat to square ones
+constexpr double kCurrentSeen_A = 0.05;                               // below this throughout, no current was measured
 
 std::string anyway(std::string_view check) { return fmt::format("; where it is right all the same: --accept {}", check); }
 
@@ -31,7 +33,7 @@ struct Balance {
 
 // `useful`: the least power that the rotor takes at a point, W; not-a-number where it is not known.
 template <class Useful>
-Balance balance_of(const StandEstimate& e, double rest_W, const Useful& useful) {
+Balance balance_of(const StandEstimate& e, const Useful& useful) {
   Balance b;
   double most = 0.0;
   for (const OperatingPoint& p : e.points)
@@ -41,22 +43,13 @@ Balance balance_of(const StandEstimate& e, double rest_W, const Useful& useful) 
     if (!(w > kLoaded * most) || !(electrical == electrical)) continue;
     ++b.loaded;
     const double ratio = w / electrical;
-    b.beyond += w > electrical * (1.0 + kPowerMargin) + rest_W;
+    b.beyond += w > electrical * (1.0 + kPowerMargin);
     if (ratio > b.worst) b.worst = ratio, b.at_rad_s = p.omega_rad_s, b.useful_W = w, b.electrical_W = electrical;
   }
   return b;
 }
 
-// Power that a current which is not zero at rest feigns.
-double power_at_rest(const StandRun& run) {
-  double sum = 0.0, n = 0.0;
-  for (const StandStep& s : run.steps)
-    if (!(s.omega_rad_s > 0.0) && s.current_A == s.current_A && s.voltage_V == s.voltage_V) sum += s.voltage_V * s.current_A, n += 1.0;
-  return n > 0.0 ? std::max(0.0, -sum / n) : 0.0;
-}
-
-bool power_balances(StandEstimate& e, const StandRun& run) {
-  const double rest_W = power_at_rest(run);
+bool power_balances(StandEstimate& e) {
   const auto refuse = [&](const Balance& b, const char* what, const char* likely) {
     if (b.loaded == 0 || static_cast<double>(b.beyond) <= kMostBeyond * static_cast<double>(b.loaded)) return false;
     drop_all(e, fmt::format(
@@ -65,13 +58,13 @@ bool power_balances(StandEstimate& e, const StandRun& run) {
                     what, b.beyond, b.loaded, b.at_rad_s, b.useful_W, b.electrical_W, 100.0 * b.worst, likely, anyway("power_balance")));
     return true;
   };
-  if (refuse(balance_of(e, rest_W, [](const OperatingPoint& p) { return p.shaft_W(); }), "shaft power (torque times rotor speed)",
+  if (refuse(balance_of(e, [](const OperatingPoint& p) { return p.shaft_W(); }), "shaft power (torque times rotor speed)",
              "the unit of the torque, a speed that is read as a multiple, or a current that is read too low"))
     return false;
   const double area = 0.25 * std::numbers::pi * e.facts.diameter_m * e.facts.diameter_m, rho = e.facts.air_density_kg_m3;
   const auto induced_W = [&](const OperatingPoint& p) { return std::pow(std::max(0.0, p.thrust_N), 1.5) / std::sqrt(2.0 * rho * area); };
   return !(area > 0.0 && rho > 0.0 &&
-           refuse(balance_of(e, rest_W, induced_W), "the least power that momentum theory allows for the thrust",
+           refuse(balance_of(e, induced_W), "the least power that momentum theory allows for the thrust",
                   "the unit of the thrust, the diameter, or a current that is read too low"));
 }
 
@@ -91,8 +84,19 @@ bool is_driven(StandEstimate& e, const StandRun& run) {
   return true;
 }
 
+// Where nobody gave the diameter: that of any propeller with this c_t, from the largest C_T to the smallest, bounds the figure of merit.
+double nearest_figure_of_merit(const StandEstimate& e) {
+  if (!e.thrust || !e.torque) return kNotMeasured;
+  const double rho = e.facts.air_density_kg_m3, c_t = e.thrust->value;
+  const auto with = [&](double C_T) {
+    const double diameter_m = std::pow(4.0 * std::numbers::pi * std::numbers::pi * c_t / (rho * C_T), 0.25);
+    return std::pow(c_t, 1.5) / (e.torque->value * std::sqrt(0.5 * std::numbers::pi * rho) * diameter_m);
+  };
+  return std::clamp(0.5 * (kFigureOfMerit[0] + kFigureOfMerit[1]), with(kStaticThrustCoefficient[0]), with(kStaticThrustCoefficient[1]));
+}
+
 void check_figure_of_merit(StandEstimate& e) {
-  const double fm = e.figure_of_merit;
+  const double fm = e.figure_of_merit == e.figure_of_merit ? e.figure_of_merit : nearest_figure_of_merit(e);
   if (!(fm == fm) || (fm >= kFigureOfMerit[0] && fm <= kFigureOfMerit[1])) return;
   const double in_rpm = fm * kRpm_per_rad_s;
   const char* likely = fm > kFigureOfMerit[1] ? "diameter or density belongs to another propeller, or torque is read too low"
@@ -148,9 +152,12 @@ void refuse_incredible(StandEstimate& e, const StandRun& run, const std::set<std
                                     *e.dynamics->inertia_kg_m2, e.dynamics->inertia_u_kg_m2.value_or(0.0)));
     e.dynamics->inertia_kg_m2.reset(), e.dynamics->inertia_u_kg_m2.reset();
   }
+  if (!accepted.contains("still_air"))
+    for (const auto& fault : {no_propeller(run), moving_air(e, run)})
+      if (fault) return drop_all(e, *fault + anyway("still_air"));
   check_coefficient(e, e.thrust, accepted), check_coefficient(e, e.torque, accepted);
   if (!e.thrust && !e.torque) return;
-  if (!accepted.contains("power_balance") && (is_driven(e, run) || !power_balances(e, run))) return;
+  if (!accepted.contains("power_balance") && (is_driven(e, run) || !power_balances(e))) return;
   if (!accepted.contains("figure_of_merit")) check_figure_of_merit(e);
 }
 

@@ -50,6 +50,7 @@ struct Work {
     if (l.drift) X.col(k++) = (r.t_s.array() - r.t_s.mean()) / std::max(1e-9, r.t_s.maxCoeff() - r.t_s.minCoeff());
     if (l.hysteresis) X.col(k++) = r.direction;
   }
+  Eigen::Index running_column() const { return shape() + law.zero; }
   Eigen::Index drift_column() const { return X.cols() - 1 - law.hysteresis; }
   Eigen::Index shape() const { return 1 + law.exponent + 2 * law.curved; }
   double log_ratio(Eigen::Index i) const { return std::log(rows.omega_rad_s(i) / rows.centre_rad_s); }
@@ -142,11 +143,11 @@ JointFit run(Work& w, const Eigen::VectorXd& frozen) {
     if (w.law.exponent) prior(1) = s2 / (kPriorExponent * kPriorExponent), pull(1) = -prior(1) * w.e;
     if (w.law.curved) prior(2) = s2 / (kPriorCurvature * kPriorCurvature), pull(2) = -prior(2) * w.f;
     if (w.law.curved) prior(3) = s2 / (kPriorThird * kPriorThird), pull(3) = -prior(3) * w.g;
-    if (w.law.drift) {
-      const double sd = kPriorDrift * rows.y.cwiseAbs().maxCoeff();
-      prior(w.drift_column()) = s2 / (sd * sd);
-      pull(w.drift_column()) = -prior(w.drift_column()) * w.linear(w.drift_column() - w.shape());
-    }
+    const auto hold_at_zero = [&](Eigen::Index column, double sd) {
+      prior(column) = s2 / (sd * sd), pull(column) = -prior(column) * w.linear(column - w.shape());
+    };
+    if (w.law.running && rows.running_sd > 0.0) hold_at_zero(w.running_column(), rows.running_sd);
+    if (w.law.drift) hold_at_zero(w.drift_column(), kPriorDrift * rows.y.cwiseAbs().maxCoeff());
     solved = solve(w.X, f.residual, total, prior, pull);
     const Eigen::VectorXd& d = solved.change;
     const double before = w.c;

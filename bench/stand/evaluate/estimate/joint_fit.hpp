@@ -18,6 +18,7 @@ struct FitRows {
   std::vector<std::size_t> step;  // of the run, from 0, that each row comes from; empty where rows come from elsewhere
   double u_omega = 0.0;           // relative
   double centre_rad_s = 0.0;      // ω*: c is the coefficient there
+  double running_sd = 0.0;        // what is known of the running offset: its standard deviation about 0, in y's unit; 0: nothing
 };
 
 // Which terms a fit has beside c.

@@ -18,7 +18,8 @@ namespace {
 constexpr std::size_t kLevelsForOffset = 5;  // fewer speeds cannot part an offset from the coefficient
 constexpr double kLevelsApart = 0.03;        // of the speed
 constexpr double kStillAir_m_s = 0.5;
-constexpr double kOutlierWeight = 0.3;  // below: named as down-weighted
+constexpr double kMountFriction = 0.02;  // of the largest thrust, standard deviation between stands
+constexpr double kOutlierWeight = 0.3;   // below: named as down-weighted
 
 FitRows rows_for(const StandRun& run, bool thrust, double centre) {
   FitRows r;
@@ -39,6 +40,8 @@ FitRows rows_for(const StandRun& run, bool thrust, double centre) {
   // Of the steps' relative speeds only what differs from step to step matters here; the common part is in the budget.
   r.u_omega = 2e-4;
   r.centre_rad_s = centre;
+  // Of thrust a running offset is friction in the mount; torque has what bearings and wires add as well.
+  if (thrust && n > 0) r.running_sd = kMountFriction * r.y.cwiseAbs().maxCoeff();
   return r;
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "bench/stand/evaluate/estimate/known_headers.hpp"
+#include "bench/stand/evaluate/rest_points.hpp"
 #include "bench/sysid/log/column_table.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
@@ -14,11 +15,11 @@
 namespace rotorloop::stand {
 namespace {
 
-constexpr double kAtRestBelow_rad_s = 20.0;  // as in stand_checks.cpp
-constexpr double kSameLevel = 0.01;          // of the speed: neighbouring means within it are one step
+constexpr double kSameLevel = 0.01;  // of the speed: neighbouring means within it are one step
 constexpr double kSameLevel_rad_s = 8.0;
-constexpr double kLongestStep_s = 5.0;    // longer rests count as several steps: they show drift
-constexpr double kChange = 0.01;          // of the speed, from step to step, that counts as up or down
+constexpr double kLongestStep_s = 5.0;  // longer rests count as several steps: they show drift
+constexpr double kChange = 0.01;        // of the speed, from step to step, that counts as up or down
+constexpr double kRestingCurrent_A = 0.02;
 constexpr std::size_t kFewestZeros = 3;   // of files of single rows
 constexpr std::size_t kMostBlocks = 120;  // of a bootstrap; files of single rows have thousands
 
@@ -49,7 +50,7 @@ double speed_of(const StandRecord& r, const StandPoint& p) { return std::sqrt(su
 
 bool at_rest(const StandRecord& r, const StandPoint& p) {
   for (std::size_t k = 0; k < r.rotors; ++k)
-    if (!(p.omega_rad_s[k] <= kAtRestBelow_rad_s)) return false;
+    if (!(p.omega_rad_s[k] <= kAtRest_rad_s)) return false;
   return true;
 }
 
@@ -94,14 +95,6 @@ std::vector<StandStep> segmented(const StandRecord& r, const std::vector<StandPo
   return out;
 }
 
-// Sign that makes a channel positive where the rotor turns, as the checks turn it.
-double sign_of(const StandRecord& r, double StandPoint::*value) {
-  double with_speed = 0.0;
-  for (const auto& p : r.points)
-    if (p.*value == p.*value) with_speed += p.*value * sum_omega_squared(r, p);
-  return with_speed < 0.0 ? -1.0 : 1.0;
-}
-
 void mark_directions(std::vector<StandStep>& steps) {
   double before = 0.0;
   int direction = 1;
@@ -138,6 +131,17 @@ double moist_air_kg_m3(double temperature_K, double pressure_Pa, double humidity
   return (pressure_Pa - 0.378 * vapour_Pa) / (287.05 * temperature_K);
 }
 
+// A current below zero at rest is a sensor's zero: nothing feeds the supply there.
+void take_off_resting_current(StandRun& run) {
+  Mean rest;
+  for (const StandStep& s : run.steps)
+    if (!(s.omega_rad_s > 0.0)) rest.add(s.current_A);
+  if (!(rest.value() < -kRestingCurrent_A)) return;
+  for (StandStep& s : run.steps) s.current_A -= rest.value();
+  run.remarks.push_back(
+      fmt::format("the current reads {:.3g} A at rest, which is taken off every step: its sensor was not tared", rest.value()));
+}
+
 void read_run_facts(const std::filesystem::path& file, StandRun& run, StandRecord& record) {
   const RunFacts& f = run.facts = read_run_toml(file);
   run.known = stand_uncertainty(f.uncertainty, "run");
@@ -164,7 +168,7 @@ std::vector<StandStep> holds(const log::ColumnTable& t, const StandRecord& r) {
       std::vector<double> thrust, torque;
       for (std::size_t i = first; i < last; ++i) thrust.push_back(r.points[i].thrust_N), torque.push_back(r.points[i].torque_N_m);
       s.thrust_u_N = standard_error(thrust), s.torque_u_N_m = standard_error(torque);
-      if (s.omega_rad_s < kAtRestBelow_rad_s) s.omega_rad_s = 0.0;
+      if (s.omega_rad_s < kAtRest_rad_s) s.omega_rad_s = 0.0;
       out.push_back(s);
     }
     first = last;
@@ -245,17 +249,10 @@ StandRun stand_run(StandRecord record, const RunOptions& o) {
   run.name = record.name;
   run.facts.motor = record.motor, run.facts.propeller = record.propeller;
   run.facts.diameter_m = record.diameter_m, run.facts.air_density_kg_m3 = record.air_density_kg_m3;
-  const double thrust_sign = sign_of(record, &StandPoint::thrust_N), torque_sign = sign_of(record, &StandPoint::torque_N_m);
-  double most_N = 0.0;
-  for (const auto& p : record.points)
-    if (p.thrust_N == p.thrust_N) most_N = std::max(most_N, std::abs(p.thrust_N));
+  const RestPoints at_rest_in(record);
   std::vector<StandPoint> rest;
-  for (StandPoint p : record.points) {
-    // A rotor that pulls and shows no speed is none at rest.
-    if (!at_rest(record, p) || std::abs(p.thrust_N) > 0.1 * most_N) continue;
-    p.thrust_N *= thrust_sign, p.torque_N_m *= torque_sign;
-    rest.push_back(p);
-  }
+  std::copy_if(record.points.begin(), record.points.end(), std::back_inserter(rest),
+               [&](const StandPoint& p) { return at_rest_in.at_rest(p); });
   if (!record.means && rest.size() < kFewestZeros && !rest.empty()) {
     run.remarks.push_back(fmt::format(
         "{} rows without a speed left out: too few for a zero, and the sensor may have missed a rotor that turned", rest.size()));
@@ -264,6 +261,7 @@ StandRun stand_run(StandRecord record, const RunOptions& o) {
   const bool timed = !record.points.empty() && record.points.front().t_s == record.points.front().t_s;
   run.checked = check_stand(std::move(record));
   const StandRecord& r = run.checked.record;
+  for (StandPoint& p : rest) p.thrust_N *= run.checked.thrust_sign, p.torque_N_m *= run.checked.torque_sign;
   std::vector<StandPoint> all = r.points;
   all.insert(all.end(), rest.begin(), rest.end());
   std::stable_sort(all.begin(), all.end(), [&](const StandPoint& a, const StandPoint& b) { return timed ? a.t_s < b.t_s : a.row < b.row; });
@@ -271,6 +269,7 @@ StandRun stand_run(StandRecord record, const RunOptions& o) {
     run.steps = segmented(r, all);
   else
     for (const auto& p : all) run.steps.push_back(step_of(r, p));
+  take_off_resting_current(run);
   mark_directions(run.steps), number_blocks(run.steps), take_options(run, o, record.density_given);
   run.remarks.insert(run.remarks.begin(), r.notes.begin(), r.notes.end());
   run.remarks.insert(run.remarks.end(), run.checked.notes.begin(), run.checked.notes.end());
