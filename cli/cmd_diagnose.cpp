@@ -173,9 +173,9 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   c->add_option("--max-effects", o->run.max_effects, "highest number of effects that may be added")
       ->check(CLI::Range(0, 20))
       ->capture_default_str();
-  c->add_option("--refit-limit", o->run.refit_limit_s,
-                "longest real time of one refit, s; an effect that needs more is not judged, and a remark says so")
-      ->check(CLI::Range(1.0, 86400.0))
+  c->add_option("--refit-iterations", o->run.refit_iterations,
+                "most iterations of one refit; an effect that needs more is not judged, and the result says so")
+      ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   c->add_option("--placebos", o->run.placebos,
                 "number of placebos (columns with random phases), which set the threshold for false alarms; 0: none")

@@ -126,7 +126,6 @@ TOKEN_RULES = [
                "host/base/run_clock.hpp": "when a run started and how long it took, for people; never hashed",
                "bench/stand/instruments/port_clock.hpp": "the time of bytes on a real port; nothing in virtual time includes it",
                "cli/progress/progress_line.hpp": "how long to wait, on stderr",
-               "bench/sysid/estimate/stop_fit.hpp": "how long a refit may take before it is given up, and said to be",
                "cli/stand/run_page.hpp": "twenty values a second to a page, and virtual time held to the clock",
                "cli/stand/run_page.cpp": "twenty values a second to a page, and virtual time held to the clock",
                "cli/progress/identify_progress.hpp": "how long a fit has taken and has left, on stderr"}),

@@ -17,9 +17,9 @@ struct DiagnoseOptions {
   std::vector<std::string> without;             // effects that are not considered
   std::vector<const host::Term*> library = {};  // candidates beside those of host/effects: a user's own
   bool priors = true;                           // uncertainties of the vehicle file (not of guesses) are priors of the fits
-  double block_s = 0.5;          // length of the blocks whose scatter gives robust errors; to be longer than residuals stay correlated
-  int max_effects = 6;           // added at most
-  double refit_limit_s = 600.0;  // of wall time, each; what takes longer is not judged, and a remark says so
+  double block_s = 0.5;        // length of the blocks whose scatter gives robust errors; to be longer than residuals stay correlated
+  int max_effects = 6;         // added at most
+  int refit_iterations = 200;  // of one refit, in all its fits; what takes more is not judged, and the result says so
   std::size_t placebos = 100;
   std::uint64_t seed = 1;            // of the placebos
   identify::WrenchBand wrench_band;  // of force and torque on held-out flights

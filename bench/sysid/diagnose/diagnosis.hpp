@@ -28,6 +28,7 @@ struct CandidateEvidence {
   double bic = 0.0;                   // gain less ½ d log(n_eff)
   double cross_validated = 0.0;       // Δ log-likelihood on blocks or flights that did not estimate it, deflated likewise
   double delta_log_likelihood = 0.0;  // of the refit with it; 0: it was not refitted
+  int refit_iterations = 0;           // that the refit took, in all its fits
   // Of the refit, score_table.hpp: how much its size varies from stretch to stretch, over that size; by how much the stretches scatter.
   double variation = 0.0, scatter = 1.0;
   double optimism =
@@ -121,6 +122,7 @@ struct Diagnosis {
   std::vector<AddedEffect> added;  // in the order they were found
   std::vector<DiagnosisRound> rounds;
   std::vector<CandidateEvidence> rejected;  // effects that were tried in a full refit and taken out again, and why
+  std::vector<std::string> not_judged;      // effects whose refit was not done within its iterations: a reserve on every verdict
   std::vector<NotObservable> not_observable;
   std::vector<RemainingResidual> remains;  // with effects added: named, and something remains. Without: what makes it `unexplained`
   bool white = true;                       // innovations after the last round

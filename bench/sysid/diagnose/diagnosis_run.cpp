@@ -39,7 +39,7 @@ DiagnoseOptions diagnose_options(const DiagnosisRequest& r, const std::vector<id
   d.without = r.without;
   d.priors = r.priors;
   d.max_effects = r.max_effects;
-  d.refit_limit_s = r.refit_limit_s;
+  d.refit_iterations = r.refit_iterations;
   d.placebos = r.placebos;
   d.seed = r.seed;
   d.wrench_band = r.wrench_band;

@@ -24,7 +24,7 @@ struct DiagnosisRequest {
   identify::FitRequest fit = {};
   identify::WrenchBand wrench_band = {};  // of force and torque on held-out flights
   int max_effects = 6;                    // added at most
-  double refit_limit_s = 600.0;           // of wall time, each
+  int refit_iterations = 200;             // of one refit
   std::size_t placebos = 100;
   std::uint64_t seed = 1;  // of the placebos
   bool priors = true;      // what the vehicle file knows counts with its u; else it gives start values alone

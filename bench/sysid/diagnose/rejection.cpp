@@ -14,7 +14,7 @@ std::string_view name(Rejection r) {
                                       "lesser_cause",
                                       "refit_failed",
                                       "not_converged",
-                                      "out_of_time",
+                                      "out_of_iterations",
                                       "at_bound",
                                       "low_likelihood_gain",
                                       "chance_after_refit",

@@ -20,7 +20,7 @@ enum class Rejection {
   lesser_cause,           // W that `effect`, itself too small to matter, leaves of it
   refit_failed,           // `detail` says why
   not_converged,          // the refit
-  out_of_time,            // the refit; the seconds that it may take
+  out_of_iterations,      // the refit; how many it may take
   at_bound,               // of its physical range, after the refit
   low_likelihood_gain,    // of the log likelihood by the refit
   chance_after_refit,     // standard errors; or W, p and the number of its parameters

@@ -73,9 +73,14 @@ void add_words(const estimate::ModelValues& vehicle, const Criteria& criteria, D
 
 void note_unfinished(const std::vector<RefitCandidate>& ranked, Diagnosis& d) {
   for (const RefitCandidate& c : ranked) {
-    if (c.failure.id != Rejection::out_of_time) continue;
-    d.remarks.push_back(fmt::format("{} was not judged: its refit was not done after {:.0f} s. With --refit-limit it gets more.",
-                                    c.tested->candidate->id, c.failure.figures.front().value));
+    const std::string& id = c.tested->candidate->id;
+    if (c.failure.id != Rejection::out_of_iterations || std::find(d.not_judged.begin(), d.not_judged.end(), id) != d.not_judged.end())
+      continue;
+    d.not_judged.push_back(id);
+    d.remarks.push_back(fmt::format(
+        "{} was not judged: its refit was not done after {:.0f} iterations. With --refit-iterations it gets more; until then it may be "
+        "what is missing.",
+        id, c.failure.figures.front().value));
   }
 }
 

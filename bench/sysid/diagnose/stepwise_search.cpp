@@ -45,6 +45,7 @@ void note_refits(const std::vector<RefitCandidate>& ranked, DiagnosisRound& reco
       return std::any_of(one.same.begin(), one.same.end(), [&](const Tested* t) { return t->candidate->id == e.id; });
     };
     if (c != ranked.end()) {
+      e.refit_iterations = c->iterations;
       e.delta_log_likelihood = c->delta_log_likelihood;
       e.optimism = c->optimism;
       e.relative_size = c->relative_size;
@@ -127,7 +128,7 @@ bool StepwiseSearch::forward_step(int round, const Say& say) {
 std::vector<RefitCandidate> StepwiseSearch::refitted(const identify::Identification& start, const Screening& s,
                                                      const std::vector<Tested>& all,
                                                      const std::function<void(const std::string&, double)>& progress) const {
-  std::vector<RefitCandidate> ranked = rank_by_refits(start, model_, s, all, o_.criteria, again_, o_.refit_limit_s, progress);
+  std::vector<RefitCandidate> ranked = rank_by_refits(start, model_, s, all, o_.criteria, again_, o_.refit_iterations, progress);
   if (!ranked.empty() && !among(gusts().id, o_.without)) reject_explained_by_gusts(score_gust(start), ranked, o_.criteria);
   for (RefitCandidate& c : ranked) {
     if (!c.failure.none() || added_.empty()) continue;
@@ -157,6 +158,7 @@ void StepwiseSearch::reject(const std::vector<RefitCandidate>& ranked) {
     if (c.failure.none()) continue;
     d_.rejected.push_back(c.tested->evidence);
     d_.rejected.back().ruled_out_by = c.failure;
+    d_.rejected.back().refit_iterations = c.iterations;
   }
 }
 
@@ -164,6 +166,7 @@ void StepwiseSearch::accept(RefitCandidate& best, std::vector<ClassMember> alias
   const Candidate& candidate = *best.tested->candidate;
   AddedEffect a{.id = candidate.id, .parameters = best.values, .aliases = std::move(aliases), .evidence = best.tested->evidence};
   a.evidence.delta_log_likelihood = best.delta_log_likelihood;
+  a.evidence.refit_iterations = best.iterations;
   a.evidence.ruled_out_by = {};
   a.evidence.optimism = best.optimism;
   a.evidence.relative_size = best.relative_size;

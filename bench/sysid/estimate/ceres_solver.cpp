@@ -231,7 +231,7 @@ class Watch final : public ceres::IterationCallback {
       : tolerance_(tolerance), stop_(stop), progress_(progress) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& s) override {
     if (progress_) progress_({s.iteration, s.cost, std::fabs(s.cost_change), 0});
-    if (stop_.asked()) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    if (stop_.asked_at_iteration()) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     const bool settled = s.iteration > 0 && s.step_is_successful && std::fabs(s.cost_change) < tolerance_;
     return settled ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }

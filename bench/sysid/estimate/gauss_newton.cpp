@@ -83,7 +83,7 @@ GaussNewton::GaussNewton(const FitProblem& problem, const FitOptions& options)
 
 void GaussNewton::iterate(const std::function<void(const FitProgress&)>& progress) {
   for (fit_.iterations = 0; fit_.iterations < options_.max_iterations; ++fit_.iterations) {
-    if (options_.stop.asked()) return;
+    if (options_.stop.asked_at_iteration()) return;
     if (stalled_ == kPatience)
       damping_ = state_damping_ = 0.0;  // a damped sweep makes the states surer than they are, and the noise too small
     linearise(state_damping_);

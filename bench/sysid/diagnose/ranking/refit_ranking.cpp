@@ -159,24 +159,23 @@ bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double wi
 
 std::vector<RefitCandidate> rank_by_refits(const identify::Identification& start, const identify::Identification& model, const Screening& s,
                                            const std::vector<Tested>& all, const Criteria& criteria, const estimate::FitOptions& options,
-                                           double refit_limit_s, const std::function<void(const std::string&, double)>& progress) {
+                                           int refit_iterations, const std::function<void(const std::string&, double)>& progress) {
   double begun = 0.0;
   const auto say = [&](const RefitCandidate& c, double of) {
     if (progress) progress(c.tested->candidate->id, begun++ / of);
   };
   std::vector<RefitCandidate> ranked = shortlist(s, all, criteria);
   const auto attempt = [&](RefitCandidate& c, auto&& act) {
-    using Clock = estimate::StopFit::Clock;
+    int left = refit_iterations - c.iterations;
     estimate::FitOptions limited = options;
-    const Clock::time_point begin = Clock::now();
-    limited.stop.latest = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(refit_limit_s) - c.time);
+    limited.stop.iterations_left = &left;
     try {
       act(limited);
-      c.time += Clock::now() - begin;
-      if (limited.stop.asked()) c.failure = {Rejection::out_of_time, {{"limit", "s", refit_limit_s}}};
     } catch (const std::exception& e) {
       c.failure = {.id = Rejection::refit_failed, .detail = e.what()};
     }
+    c.iterations = refit_iterations - std::max(left, 0);
+    if (left < 0) c.failure = {Rejection::out_of_iterations, {{"limit", "1", static_cast<double>(refit_iterations)}}};
     options.stop.check();
   };
   const double refits = 2.0 * static_cast<double>(ranked.size());
@@ -228,6 +227,7 @@ std::vector<ClassMember> indistinguishable_from_best(const Screening& s, const s
         {t.candidate->id, confounding(s.table, model, best.tested->candidate->columns, t.candidate->columns), gain_share, values});
   };
   for (const RefitCandidate& c : ranked) {
+    if (c.failure.id == Rejection::out_of_iterations) continue;  // is judged by the residuals, as what was not refitted
     known.push_back(c.tested);
     known.insert(known.end(), c.same.begin(), c.same.end());
     if (!c.failure.none() || (&c != &best && best.score - c.score > margin)) continue;

@@ -35,13 +35,13 @@ const NamedValue* defining_number(const Candidate& candidate, const std::vector<
 // held and no effect; `freed`: with them free and no effect.
 bool far_behind(const RefitCandidate& c, const RefitCandidate& leader, double without, double freed, const Criteria& criteria = {});
 
-// Those refitted, best score first, the failed ones last. `all`: as examine_all() has them. A candidate whose refit takes longer than
-// `refit_limit_s` of wall time fails as out_of_time.
+// Those refitted, best score first, the failed ones last. `all`: as examine_all() has them. A candidate whose refit takes more than
+// `refit_iterations` iterations, in all its fits, fails as out_of_iterations.
 // `progress`: before each refit, its candidate and the share of the refits done. `start`: where the refits begin; the screening's table
 // stands there. `model`: the fit that they must better; its noise is theirs at first.
 std::vector<RefitCandidate> rank_by_refits(const identify::Identification& start, const identify::Identification& model,
                                            const Screening& screening, const std::vector<Tested>& all, const Criteria& criteria,
-                                           const estimate::FitOptions& options, double refit_limit_s,
+                                           const estimate::FitOptions& options, int refit_iterations,
                                            const std::function<void(const std::string& id, double done)>& progress = {});
 
 // Which of the others are indistinguishable in these flights from the best, which is the first of `ranked`.

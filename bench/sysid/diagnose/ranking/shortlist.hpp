@@ -9,16 +9,16 @@ namespace rotorloop::diagnose {
 
 struct RefitCandidate {
   const Tested* tested = nullptr;
-  Refit refit = {};                           // with the effect
-  std::vector<NamedValue> values = {};        // of its parameters there
-  double delta_log_likelihood = 0.0;          // by the refit
-  double score = 0.0;                         // delta_log_likelihood less what its parameters cost
-  double optimism = 0.0;                      // of the refit, beyond the model without the effect
-  double relative_size = 0.0;                 // over what matters
-  Heterogeneity heterogeneity = {};           // of its size over the flights
-  Reason failure = {};                        // why it cannot be the missing effect; none: it could
-  std::vector<const Tested*> same = {};       // others whose columns are those of this one
-  estimate::StopFit::Clock::duration time{};  // that its refit has taken
+  Refit refit = {};                      // with the effect
+  std::vector<NamedValue> values = {};   // of its parameters there
+  double delta_log_likelihood = 0.0;     // by the refit
+  double score = 0.0;                    // delta_log_likelihood less what its parameters cost
+  double optimism = 0.0;                 // of the refit, beyond the model without the effect
+  double relative_size = 0.0;            // over what matters
+  Heterogeneity heterogeneity = {};      // of its size over the flights
+  Reason failure = {};                   // why it cannot be the missing effect; none: it could
+  std::vector<const Tested*> same = {};  // others whose columns are those of this one
+  int iterations = 0;                    // that its refit has taken
 };
 
 // The log likelihood that its parameters cost: half of Schwarz's criterion (BIC).

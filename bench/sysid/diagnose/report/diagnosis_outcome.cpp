@@ -1,5 +1,8 @@
 #include "bench/sysid/diagnose/report/diagnosis_outcome.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 
 namespace rotorloop::diagnose {
@@ -52,10 +55,11 @@ std::string verdict_words(const std::string& verdict) {
 render::Outcome diagnosis_outcome(const Diagnosis& d, const identify::IdentifyProvenance& p) {
   if (p.ended) return *p.ended;
   render::Outcome out{.verdict = std::string(name(d.verdict))};
-  const bool settled = d.verdict == DiagnosisVerdict::clean || d.verdict == DiagnosisVerdict::named;
+  const bool settled = d.not_judged.empty() && (d.verdict == DiagnosisVerdict::clean || d.verdict == DiagnosisVerdict::named);
   out.standing = settled ? render::Standing::good : d.verdict == DiagnosisVerdict::faulty ? render::Standing::bad : render::Standing::open;
   const std::string words = verdict_words(out.verdict);
-  out.sentence = words.substr(words.find(": ") + 2) + (!d.added.empty() && !d.remains.empty() ? "; and something remains." : ".");
+  out.sentence = words.substr(words.find(": ") + 2) + (!d.added.empty() && !d.remains.empty() ? "; and something remains" : "");
+  out.sentence += d.not_judged.empty() ? "." : fmt::format("; not judged: {}.", fmt::join(d.not_judged, ", "));
   if (d.verdict == DiagnosisVerdict::faulty)
     for (const LogFault& f : d.faults) out.errors.push_back(f.flight + (f.stream.empty() ? "" : " " + f.stream) + ": " + f.what);
   if (d.verdict == DiagnosisVerdict::incomplete && !d.remarks.empty()) out.errors.push_back(d.remarks.front());

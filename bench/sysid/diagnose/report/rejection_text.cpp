@@ -31,8 +31,8 @@ std::string sentence(const Reason& r) {
       return "the refit fails: " + r.detail;
     case Rejection::not_converged:
       return "the refit does not converge";
-    case Rejection::out_of_time:
-      return fmt::format("its refit was not done after {:.0f} s (--refit-limit): not judged", v(0));
+    case Rejection::out_of_iterations:
+      return fmt::format("its refit was not done after {:.0f} iterations (--refit-iterations): not judged", v(0));
     case Rejection::at_bound:
       return "the refit ends at the bound of its physical range";
     case Rejection::low_likelihood_gain:

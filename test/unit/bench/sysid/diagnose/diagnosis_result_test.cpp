@@ -8,6 +8,7 @@
 
 #include "bench/sysid/diagnose/diagnose.hpp"
 #include "bench/sysid/diagnose/ratios.hpp"
+#include "bench/sysid/diagnose/report/diagnosis_outcome.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_report.hpp"
 #include "bench/sysid/diagnose/report/diagnosis_text.hpp"
 #include "bench/sysid/diagnose/report/rejection_text.hpp"
@@ -148,18 +149,44 @@ TEST(Diagnosis, OfATermAddedAtRunTimeReachesScreeningRefitVerdictTextPageAndResu
   EXPECT_THAT(diagnosis_report_html(run, "paper"), ::testing::HasSubstr("first_rotor_reads_high"));
 }
 
-TEST(Diagnosis, ARefitThatGetsNoTimeIsNotJudgedAndSaidNotToBe) {
+DiagnosisRun with_refits_of(int iterations) {
   DiagnoseOptions o = quick();
   o.library = {&kReadsHigh};
+  o.max_effects = 1;
   for (const host::CatalogueEffect& e : host::builtin_effect_catalogue().effects) o.without.push_back(e.id);
-  o.refit_limit_s = 0.0;
-  const Diagnosis d = diagnose({.fitted = {read_high(model_true::Manoeuvre::vertical, 31), read_high(model_true::Manoeuvre::rotation, 33)}},
-                               testing_flights::vehicle(), o)
-                          .diagnosis;
+  o.refit_iterations = iterations;
+  return diagnose({.fitted = {read_high(model_true::Manoeuvre::vertical, 31), read_high(model_true::Manoeuvre::rotation, 33)}},
+                  testing_flights::vehicle(), o);
+}
+// The same number of iterations on a busy machine and an idle one: the limit is counted, so it falls between two known numbers.
+TEST(Diagnosis, ARefitIsJudgedWithExactlyTheIterationsThatItTakesAndNotWithOneLess) {
+  const DiagnosisRun free = with_refits_of(200);
+  ASSERT_EQ(free.diagnosis.added.size(), 1u);
+  EXPECT_TRUE(free.diagnosis.not_judged.empty());
+  const int taken = free.diagnosis.added.front().evidence.refit_iterations;
+  ASSERT_GT(taken, 1);
+  const DiagnosisRun enough = with_refits_of(taken);
+  ASSERT_EQ(enough.diagnosis.added.size(), 1u);
+  EXPECT_EQ(enough.diagnosis.added.front().parameters.front().value, free.diagnosis.added.front().parameters.front().value);
+  EXPECT_EQ(enough.diagnosis.added.front().evidence.refit_iterations, taken);
+
+  const DiagnosisRun short_of_one = with_refits_of(taken - 1);
+  const Diagnosis& d = short_of_one.diagnosis;
   EXPECT_TRUE(d.added.empty());
   ASSERT_EQ(d.rounds.front().candidates.size(), 1u);
-  EXPECT_EQ(d.rounds.front().candidates.front().ruled_out_by.id, Rejection::out_of_time);
+  EXPECT_EQ(d.rounds.front().candidates.front().ruled_out_by.id, Rejection::out_of_iterations);
+  EXPECT_EQ(d.rounds.front().candidates.front().refit_iterations, taken - 1);
+}
+TEST(Diagnosis, AnEffectWhoseRefitIsNotDoneIsAReserveOnTheVerdictAndNamed) {
+  const DiagnosisRun run = with_refits_of(1);
+  const Diagnosis& d = run.diagnosis;
+  EXPECT_TRUE(d.added.empty());
+  EXPECT_EQ(d.not_judged, std::vector<std::string>{"first_rotor_reads_high"});
   EXPECT_THAT(d.remarks, ::testing::Contains(::testing::HasSubstr("first_rotor_reads_high was not judged")));
+  EXPECT_EQ(diagnosis_tree(run, {}).at("not_judged"), nlohmann::ordered_json::array({"first_rotor_reads_high"}));
+  const render::Outcome outcome = diagnosis_outcome(d, {});
+  EXPECT_EQ(outcome.standing, render::Standing::open);
+  EXPECT_THAT(outcome.sentence, ::testing::EndsWith("; not judged: first_rotor_reads_high."));
 }
 
 TEST(DiagnosisResult, VerdictRemarksAndLikelihoodsAreThoseOfTheValue) {
