@@ -68,7 +68,10 @@ int design(const GainsArguments& o) {
   }
   fmt::print(stderr, "motor lag {:.1f} ms, delay {:.1f} ms; hover {:.0f} RPM, up to {:.0f} RPM, thrust-to-weight {:.2f} there\n",
              1e3 * a.lag_s, 1e3 * a.delay_s, d.hover_rad_s / kOneRpm_rad_s, a.omega_max_rad_s / kOneRpm_rad_s, d.thrust_to_weight);
-  print("horizontal", d.horizontal), print("vertical", d.vertical), print("roll, pitch", d.roll_pitch), print("yaw", d.yaw);
+  print("horizontal", d.horizontal);
+  print("vertical", d.vertical);
+  print("roll, pitch", d.roll_pitch);
+  print("yaw", d.yaw);
   return 0;
 }
 

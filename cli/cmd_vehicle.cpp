@@ -49,8 +49,12 @@ std::string take_blade(VehicleArguments& o, const sim::Blade& blade) {
   const calibrate::BladeHover hover =
       calibrate::blade_hover(blade, o.sketch.mass_kg * kGravity_m_s2 / 4.0, calibrate::kSketchDensity_kg_m3);
   o.sketch.own_blade = true;
-  o.sketch.blades = blade.blades, o.sketch.diameter_m = 2.0 * blade.radius_m, o.sketch.pitch_m = calibrate::blade_pitch_m(blade);
-  o.sketch.blade_inertia_kg_m2 = blade.blade_inertia_kg_m2, o.sketch.c_t_N_s2 = hover.c_t_N_s2, o.sketch.c_q_N_m_s2 = hover.c_q_N_m_s2;
+  o.sketch.blades = blade.blades;
+  o.sketch.diameter_m = 2.0 * blade.radius_m;
+  o.sketch.pitch_m = calibrate::blade_pitch_m(blade);
+  o.sketch.blade_inertia_kg_m2 = blade.blade_inertia_kg_m2;
+  o.sketch.c_t_N_s2 = hover.c_t_N_s2;
+  o.sketch.c_q_N_m_s2 = hover.c_q_N_m_s2;
   return fmt::format("{}: {:.3g} x {:.3g} inch, {} blades; hover at {:.0f} RPM by the blade, {:.3g} W at the shaft, tip at {:.0f} m/s\n",
                      o.blade.generic_string(), o.sketch.diameter_m / kInch_m, o.sketch.pitch_m / kInch_m, blade.blades,
                      hover.omega_rad_s * 30.0 / std::numbers::pi, hover.shaft_power_W, hover.tip_speed_m_s);
@@ -72,7 +76,10 @@ int make(VehicleArguments& o) {
                  "give diameter x pitch in inches, and the blades if more than two: 6x4.5 or 5.1x4.6x3"});
   sim::Blade blade;
   std::string said;
-  if (!o.blade.empty()) blade = sim::read_blade(o.blade), said = take_blade(o, blade);
+  if (!o.blade.empty()) {
+    blade = sim::read_blade(o.blade);
+    said = take_blade(o, blade);
+  }
   const std::string name = o.folder.filename().empty() ? o.folder.parent_path().filename().string() : o.folder.filename().string();
   o.sketch.name = name;
   const std::filesystem::path polar = shipped_or_given(kPolar);

@@ -289,10 +289,16 @@ class Measure {
   constexpr void padding(unsigned n) { bits += n; }
   template <class Tag, class Body>
   constexpr void member(std::size_t index, std::size_t members, const char* name, const Tag&, Body&& body) {
-    if (index == 0) bits += tag_bits(members), largest_ = 0;
+    if (index == 0) {
+      bits += tag_bits(members);
+      largest_ = 0;
+    }
     Measure one;
     body(one, name);
-    if (one.bits > largest_) bits += one.bits - largest_, largest_ = one.bits;
+    if (one.bits > largest_) {
+      bits += one.bits - largest_;
+      largest_ = one.bits;
+    }
   }
 
  private:

@@ -21,15 +21,22 @@ class SignatureWalk {
 
   template <class T>
   constexpr void value(const char* name, Primitive p, const T&) {
-    begin(p), end(name);
+    begin(p);
+    end(name);
   }
   template <class T, std::size_t N>
   constexpr void fixed(const char* name, Primitive p, const std::array<T, N>&) {
-    begin(p), crc_.add_text("["), number(N), crc_.add_text("]"), end(name);
+    begin(p);
+    crc_.add_text("[");
+    number(N);
+    crc_.add_text("]");
+    end(name);
   }
   template <class T, std::size_t N, class Count>
   constexpr void items(const char* name, Primitive p, const std::array<T, N>&, const Count&) {
-    begin(p), bound(N), end(name);
+    begin(p);
+    bound(N);
+    end(name);
   }
   template <class T, std::size_t N, class Count>
   constexpr void tail(const char* name, Primitive p, const std::array<T, N>& values, const Count& count) {
@@ -37,7 +44,9 @@ class SignatureWalk {
   }
   template <class T, std::size_t N, class Count>
   constexpr void structs_tail(const char* name, const std::array<T, N>&, const Count&) {
-    line(T::kName), bound(N), end(name);
+    line(T::kName);
+    bound(N);
+    end(name);
     const T item{};
     SignatureWalk walk(T::kName);
     T::describe(walk, item);
@@ -53,7 +62,8 @@ class SignatureWalk {
   }
   template <class Body>
   constexpr void group(const char* type_name, const char* name, Body&& body) {
-    line(type_name), end(name);
+    line(type_name);
+    end(name);
     SignatureWalk walk(type_name);
     body(walk);
     add_nested(walk.signature());
@@ -62,7 +72,10 @@ class SignatureWalk {
   constexpr void group_tail(const char* type_name, const char* name, Body&& body) {
     group(type_name, name, body);
   }
-  constexpr void padding(unsigned bits) { line("void"), number(bits); }
+  constexpr void padding(unsigned bits) {
+    line("void");
+    number(bits);
+  }
   template <class Tag, class Body>
   constexpr void member(std::size_t index, std::size_t, const char* name, const Tag&, Body&& body) {
     if (index == 0) line("@union");
@@ -81,9 +94,19 @@ class SignatureWalk {
   }
 
  private:
-  constexpr void line(const char* text) { crc_.add_text("\n"), crc_.add_text(text); }
-  constexpr void end(const char* name) { crc_.add_text(" "), crc_.add_text(name); }
-  constexpr void bound(std::size_t n) { crc_.add_text("[<="), number(n), crc_.add_text("]"); }
+  constexpr void line(const char* text) {
+    crc_.add_text("\n");
+    crc_.add_text(text);
+  }
+  constexpr void end(const char* name) {
+    crc_.add_text(" ");
+    crc_.add_text(name);
+  }
+  constexpr void bound(std::size_t n) {
+    crc_.add_text("[<=");
+    number(n);
+    crc_.add_text("]");
+  }
   constexpr void number(std::size_t n) {
     if (n >= 10) number(n / 10);
     crc_.add(static_cast<std::uint8_t>('0' + n % 10));

@@ -123,7 +123,8 @@ sim::Polar on_grid_of(const sim::Polar& like, sim::Polar polar) {
     sim::PolarTable table{t.reynolds, {}, {}};
     for (const double a : like.alpha_deg) {
       const sim::SectionCoefficients c = sim::polar_at(polar, a, t.reynolds);
-      table.cl.push_back(c.cl), table.cd.push_back(c.cd);
+      table.cl.push_back(c.cl);
+      table.cd.push_back(c.cd);
     }
     result.tables.push_back(std::move(table));
   }

@@ -32,13 +32,19 @@ Scale scale_of(const DiskMap& m) {
       low = std::min(low, v);
       high = std::max(high, v);
     }
-  if (!(low <= high)) low = 0, high = 1;
+  if (!(low <= high)) {
+    low = 0;
+    high = 1;
+  }
   Scale s{m.low.value_or(low), m.high.value_or(high)};
   s.cut_low = low < s.low;
   s.cut_high = high > s.high;
   // A field that is the same everywhere still gets a scale to be read from.
   const double least = 1e-6 * std::max({std::fabs(s.low), std::fabs(s.high), 1e-6});
-  if (!(s.high - s.low > least)) s.low -= least, s.high += least;
+  if (!(s.high - s.low > least)) {
+    s.low -= least;
+    s.high += least;
+  }
   return s;
 }
 

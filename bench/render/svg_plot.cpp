@@ -94,7 +94,10 @@ Plot in_decades(Plot p) {
   };
   if (p.log_x) {
     for (Series& s : p.series) all(s.x);
-    for (Band& b : p.bands) b.from = log_of(b.from), b.to = log_of(b.to);
+    for (Band& b : p.bands) {
+      b.from = log_of(b.from);
+      b.to = log_of(b.to);
+    }
     for (auto* v : {&p.x_min, &p.x_max, &p.fit_from, &p.fit_to}) bound(*v);
   }
   if (p.log_y) {

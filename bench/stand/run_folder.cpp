@@ -39,13 +39,19 @@ class Keys {
   // `known`: there is something to write.
   template <class Inner>
   void table(const char* key, bool known, Inner inner) {
-    if (out_ && known) *out_ += fmt::format("[{}]\n", key), inner(*this);
+    if (out_ && known) {
+      *out_ += fmt::format("[{}]\n", key);
+      inner(*this);
+    }
     if (const auto t = file_ ? file_->optional_table(key) : std::nullopt) inner(Keys(*t));
   }
   template <class T, class Inner>
   void list(const char* key, std::vector<T>& entries, Inner inner) {
     if (out_)
-      for (T& entry : entries) *out_ += fmt::format("[[{}]]\n", key), inner(*this, entry);
+      for (T& entry : entries) {
+        *out_ += fmt::format("[[{}]]\n", key);
+        inner(*this, entry);
+      }
     if (file_ && file_->has(key))
       for (const TomlTable& t : file_->tables(key, 1, 64)) inner(Keys(t), entries.emplace_back());
   }
@@ -82,7 +88,8 @@ void each_key(Keys root, RunFacts& f) {
                                   {"end", &f.end},
                                   {"trip", &f.trip}})
     root.text(key, *text);
-  root.integer("pole_pairs", f.pole_pairs, 1, 30), root.number("diameter_m", f.diameter_m, {0.01, 10.0, "m"});
+  root.integer("pole_pairs", f.pole_pairs, 1, 30);
+  root.number("diameter_m", f.diameter_m, {0.01, 10.0, "m"});
   root.flag("simulated", f.simulated);
   const bool density_known = f.air_density_kg_m3 == f.air_density_kg_m3;
   root.table("air", density_known || f.air_temperature_degC == f.air_temperature_degC, [&](Keys t) {
@@ -97,22 +104,33 @@ void each_key(Keys root, RunFacts& f) {
   });
   root.table("winding", f.winding.has_value(), [&](Keys t) {
     MeasuredWinding& w = f.winding ? *f.winding : f.winding.emplace();
-    t.number("phase_ohm", w.phase_ohm, kOhm, kRequired), t.number("winding_ohm", w.winding_ohm, {0.0005, 10.0, "ohm"}, kRequired);
-    t.number("inductance_d_H", w.inductance_d_H, kHenry, kRequired), t.number("inductance_q_H", w.inductance_q_H, kHenry, kRequired);
-    t.number("u_resistance", w.u_resistance, kShareOfValue, kRequired), t.number("u_inductance", w.u_inductance, kShareOfValue, kRequired);
+    t.number("phase_ohm", w.phase_ohm, kOhm, kRequired);
+    t.number("winding_ohm", w.winding_ohm, {0.0005, 10.0, "ohm"}, kRequired);
+    t.number("inductance_d_H", w.inductance_d_H, kHenry, kRequired);
+    t.number("inductance_q_H", w.inductance_q_H, kHenry, kRequired);
+    t.number("u_resistance", w.u_resistance, kShareOfValue, kRequired);
+    t.number("u_inductance", w.u_inductance, kShareOfValue, kRequired);
     t.number("temperature_degC", w.degC, {-60.0, 200.0, "degC"});
   });
   root.table("uncertainty", !f.uncertainty.empty(), [&](Keys t) { t.entries(f.uncertainty); });
   root.list("instrument", f.instruments, [](Keys t, Instrument& i) {
-    t.text("axis", i.axis, kRequired), t.text("model", i.model, kRequired), t.text("channel", i.channel, kRequired);
-    t.text("evidence", i.evidence, kRequired), t.text("source", i.source);
+    t.text("axis", i.axis, kRequired);
+    t.text("model", i.model, kRequired);
+    t.text("channel", i.channel, kRequired);
+    t.text("evidence", i.evidence, kRequired);
+    t.text("source", i.source);
   });
   root.table("calibration", !f.calibrated_on.empty(), [&](Keys t) {
-    t.text("date", f.calibrated_on), t.text("expires", f.calibration_expires), t.text("stand_sha256", f.stand_sha256);
+    t.text("date", f.calibrated_on);
+    t.text("expires", f.calibration_expires);
+    t.text("stand_sha256", f.stand_sha256);
   });
   root.table("esc_node", f.esc_node != 0, [&](Keys t) {
-    t.integer("node", f.esc_node, 1, 127), t.text("name", f.esc_name), t.text("unique_id", f.esc_unique_id);
-    t.text("software", f.esc_software), t.text("image_crc", f.esc_image_crc);
+    t.integer("node", f.esc_node, 1, 127);
+    t.text("name", f.esc_name);
+    t.text("unique_id", f.esc_unique_id);
+    t.text("software", f.esc_software);
+    t.text("image_crc", f.esc_image_crc);
   });
   root.table("esc_parameters", !f.esc_parameters.empty(), [&](Keys t) { t.entries(f.esc_parameters); });
 }

@@ -42,7 +42,8 @@ double number_of(const Map& m, const CommandThrust& f, Kind kind, std::size_t fr
     for (std::size_t i = from; i < to; ++i) {
       const double g = 1.0 + number;
       const double slope = kind == Kind::force_offset ? 1.0 : 2.0 * m.a * g * f.u2_V2[i] + m.b * f.u_V[i];
-      gradient += slope * (f.force_m_s2[i] - modelled(m, f, i, kind, number)), square += slope * slope;
+      gradient += slope * (f.force_m_s2[i] - modelled(m, f, i, kind, number));
+      square += slope * slope;
     }
     number += gradient / square;
   }
@@ -60,7 +61,11 @@ Map fit_map(const std::vector<const CommandThrust*>& flights, Kind kind, std::ve
       const double g = kind == Kind::battery_gain ? 1.0 + numbers[k] : 1.0, offset = kind == Kind::force_offset ? numbers[k] : 0.0;
       for (std::size_t i = 0; i < f.t_s.size(); ++i) {
         const double x1 = g * g * f.u2_V2[i], x2 = g * f.u_V[i], y = f.force_m_s2[i] - offset;
-        s11 += x1 * x1, s12 += x1 * x2, s22 += x2 * x2, y1 += x1 * y, y2 += x2 * y;
+        s11 += x1 * x1;
+        s12 += x1 * x2;
+        s22 += x2 * x2;
+        y1 += x1 * y;
+        y2 += x2 * y;
       }
     }
     const double det = s11 * s22 - s12 * s12;
@@ -109,14 +114,18 @@ HeldOut held_out(const std::vector<CommandThrust>& flights, Kind kind) {
 
 FlightDifference describe(const std::vector<CommandThrust>& flights, Kind kind, std::string id, std::string meaning) {
   FlightDifference d;
-  d.id = std::move(id), d.meaning = std::move(meaning);
+  d.id = std::move(id);
+  d.meaning = std::move(meaning);
   const Map m = fit_map(all_but(flights, flights.size()), kind, d.per_flight);
   double squares = 0.0, sum = 0.0, n = 0.0, y2 = 0.0;
   for (std::size_t k = 0; k < flights.size(); ++k) {
     const CommandThrust& f = flights[k];
     for (std::size_t i = 0; i < f.t_s.size(); ++i) {
       const double e = f.force_m_s2[i] - modelled(m, f, i, kind, d.per_flight[k]);
-      squares += e * e, sum += f.force_m_s2[i], y2 += f.force_m_s2[i] * f.force_m_s2[i], n += 1.0;
+      squares += e * e;
+      sum += f.force_m_s2[i];
+      y2 += f.force_m_s2[i] * f.force_m_s2[i];
+      n += 1.0;
     }
     // From the two halves: what the number is worth, drift within a flight included.
     const std::size_t half = f.t_s.size() / 2;
@@ -147,13 +156,18 @@ CommandThrust command_thrust(const log::FlightRecord& f, const CommandThrustOpti
     for (std::size_t r = 0; r < 4; ++r) {
       const double now = f.motor_command.value[i][r] * volts;
       lagged[r] = i == 0 ? now : lagged[r] + dt / (o.lag_s + dt) * (now - lagged[r]);
-      u += lagged[r], u2 += lagged[r] * lagged[r];
+      u += lagged[r];
+      u2 += lagged[r] * lagged[r];
     }
     while (p + 1 < stamp.size() && stamp[p + 1] <= t) ++p;
     while (a + 1 < f.accel_B_m_s2.size() && f.accel_B_m_s2.t_s[a + 1] <= t) ++a;
     const double force = f.accel_B_m_s2.value[a].z();
     if (height(p) < lowest + o.airborne_m || std::abs(force - kGravity_m_s2) > o.largest_m_s2) continue;
-    c.t_s.push_back(t), c.u_V.push_back(u), c.u2_V2.push_back(u2), c.force_m_s2.push_back(force), c.battery_V.push_back(volts);
+    c.t_s.push_back(t);
+    c.u_V.push_back(u);
+    c.u2_V2.push_back(u2);
+    c.force_m_s2.push_back(force);
+    c.battery_V.push_back(volts);
   }
   return c;
 }

@@ -31,7 +31,9 @@ HoverHypothesis fitted(const HoverPattern& p, const Eigen::Vector4d& change, con
   const Eigen::VectorXd c = normal.solve(Eigen::VectorXd(A.transpose() * y));
   const Eigen::MatrixXd inverse = normal.inverse();
   HoverHypothesis h;
-  h.ids = p.ids, h.rotor = p.rotor, h.degrees = static_cast<int>(A.cols());
+  h.ids = p.ids;
+  h.rotor = p.rotor;
+  h.degrees = static_cast<int>(A.cols());
   for (Eigen::Index k = 0; k < c.size(); ++k) {
     const auto& [name, unit] = p.unknowns[static_cast<std::size_t>(k)];
     h.parameters.push_back({name, unit, c(k), std::sqrt(inverse(k, k))});
@@ -143,7 +145,9 @@ HoverDiagnosis judge_hover(const HoverShare& flight, const HoverReference& r, co
   const double limit = student_limit(kHoverChance / kTests, r.degrees), single_limit = student_limit(kHoverChance, r.degrees);
   for (std::size_t i = 0; i < 4; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    d.change[i] = change(k), d.u[i] = r.u(k), d.seen_from[i] = limit * r.u(k);
+    d.change[i] = change(k);
+    d.u[i] = r.u(k);
+    d.seen_from[i] = limit * r.u(k);
   }
   if (*std::max_element(d.seen_from.begin(), d.seen_from.end()) > kBlindReference)
     d.remarks.push_back("the reference flights scatter so much that hardly any defect would be seen: give more of them");

@@ -55,7 +55,9 @@ std::vector<HoverPattern> hover_patterns(const host::VehicleModel& v) {
   Vector4d x, y, spin;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    x(k) = v.rotors[i].position_m.x(), y(k) = v.rotors[i].position_m.y(), spin(k) = v.rotors[i].reaction;
+    x(k) = v.rotors[i].position_m.x();
+    y(k) = v.rotors[i].position_m.y();
+    spin(k) = v.rotors[i].reaction;
   }
   const Vector4d total = Vector4d::Ones(), pitch = x / std::sqrt(x.squaredNorm() / 4.0), roll = y / std::sqrt(y.squaredNorm() / 4.0);
   const std::string &payload = host::effect("payload_mass").id, &com = host::effect("com_offset").id,

@@ -42,7 +42,8 @@ Split judged_split(const std::vector<Eigen::Vector4d>& change, std::vector<bool>
   within = within.cwiseMax(kLeastScatter * kLeastScatter);
   const double between = (mean[1] - mean[0]).squaredNorm(), rotors = within.sum() * within.sum() / within.squaredNorm();
   Split s;
-  s.first = std::move(first), s.distance = std::sqrt(between / 4.0);
+  s.first = std::move(first);
+  s.distance = std::sqrt(between / 4.0);
   s.chance = f_tail(between * n1 * (n - n1) / n / within.sum(), rotors, rotors * (n - 2.0));
   return s;
 }
@@ -81,7 +82,8 @@ void add_reference_sway(HoverReference& r, const std::vector<HoverShare>& flight
   for (const auto& f : flights) {
     if (*std::min_element(f.sway.begin(), f.sway.end()) <= 0.0) return;
     log_sway.push_back(Eigen::Vector4d(f.sway.data()).array().log());
-    r.log_sway += log_sway.back() / n, length_s += f.sway_s / n;
+    r.log_sway += log_sway.back() / n;
+    length_s += f.sway_s / n;
   }
   for (const auto& s : log_sway) squares += (s - r.log_sway).squaredNorm();
   r.sway_degrees = 4.0 * (n - 1.0);

@@ -56,7 +56,8 @@ double band_energy(std::vector<double> y, double span_s) {
   double slope = 0.0, squares = 0.0;
   for (std::size_t i = 0; i < y.size(); ++i) {
     const double x = dt * static_cast<double>(i) - 0.5 * span_s;
-    slope += x * (y[i] - mean), squares += x * x;
+    slope += x * (y[i] - mean);
+    squares += x * x;
   }
   slope /= squares;
   double energy = 0.0;
@@ -65,7 +66,8 @@ double band_energy(std::vector<double> y, double span_s) {
     for (std::size_t i = 0; i < y.size(); ++i) {
       const double x = dt * static_cast<double>(i) - 0.5 * span_s, w = 1.0 + std::cos(2.0 * std::numbers::pi * x / span_s);
       const double v = w * (y[i] - mean - slope * x), angle = 2.0 * std::numbers::pi * hz * x;
-      re += v * std::cos(angle), im += v * std::sin(angle);
+      re += v * std::cos(angle);
+      im += v * std::sin(angle);
     }
     // |Σ w y|² dt² is a density times span times the window's mean square, 3/2.
     energy += 2.0 * (re * re + im * im) * dt * dt / 1.5 * kSwayStep_Hz;
@@ -122,7 +124,8 @@ std::optional<HoverShare> hover_share(const log::FlightRecord& f, CommandMeaning
   s.samples = hover_t_s.size();
   if (s.samples < kLeastHoverSamples) return std::nullopt;
   for (auto& d : s.demand) d /= static_cast<double>(s.samples);
-  s.battery_V /= static_cast<double>(s.samples), s.saturated = full / static_cast<double>(s.samples);
+  s.battery_V /= static_cast<double>(s.samples);
+  s.saturated = full / static_cast<double>(s.samples);
   add_sway(s, hover_t_s, demand);
   return s;
 }

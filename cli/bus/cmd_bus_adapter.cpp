@@ -62,7 +62,8 @@ Json describe(gs_usb::Adapter& adapter, const gs_usb::Settings& s, const gs_usb:
       static constexpr std::array<const char*, 6> kStates{"error active", "error warning", "error passive",
                                                           "bus-off",      "stopped",       "sleeping"};
       j["state"] = state->state < kStates.size() ? kStates[state->state] : "unknown";
-      j["receive_errors"] = state->receive_errors, j["transmit_errors"] = state->transmit_errors;
+      j["receive_errors"] = state->receive_errors;
+      j["transmit_errors"] = state->transmit_errors;
     }
   }
   return j;

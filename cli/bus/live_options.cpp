@@ -29,7 +29,12 @@ void add_live_options(CLI::App& c, LiveOptions& o) {
 
 void add_for(CLI::App& c, LiveOptions& o, const char* help) {
   c.add_option_function<double>(
-       "--for", [&o](double seconds) { o.for_s = seconds, o.for_given = true; }, help)
+       "--for",
+       [&o](double seconds) {
+         o.for_s = seconds;
+         o.for_given = true;
+       },
+       help)
       ->type_name("FLOAT");
 }
 

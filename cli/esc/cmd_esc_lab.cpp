@@ -55,7 +55,9 @@ void show_progress(std::string_view battery, std::uint64_t done, std::uint64_t o
 int run(const EscLabArguments& o) {
   if (!o.out.empty()) check_outputs(report_files("--out", o.out), o.force);
   esc_lab::LabSettings s;
-  s.seed = o.seed, s.draws = o.draws, s.schedules = o.schedules;
+  s.seed = o.seed;
+  s.draws = o.draws;
+  s.schedules = o.schedules;
   s.only = batteries(o.only);
   if (!o.quiet) s.progress = show_progress;
   const esc_lab::Subject subject =

@@ -53,7 +53,8 @@ int serve(const ServeArguments& o) {
     std::string text = fmt::format("{} {}: node {}", a.is_new ? "new" : "known", tools::unique_id_text(a.unique_id), a.node_id);
     if (a.stored_id) {
       const std::string holder = a.held_by == tools::UniqueId{} ? "a node that tells no unique id" : tools::unique_id_text(a.held_by);
-      told["stored_node"] = *a.stored_id, told["held_by"] = holder;
+      told["stored_node"] = *a.stored_id;
+      told["held_by"] = holder;
       text += fmt::format("; its {} of the table is held by {}", *a.stored_id, holder);
     }
     tell(o.esc, told, text);

@@ -180,8 +180,10 @@ void print_failure(const std::vector<ElfFile>& files, Chip& chip, End end) {
     std::memcpy(&word, chip.memory(at, 4), 4);
     if ((word & 1) == 0) continue;
     for (const ElfFile& f : files)
-      if (const ElfSymbol* symbol = f.symbol_at(word & ~1u); symbol != nullptr && symbol->function && word - 1 != symbol->address)
-        fmt::print(stderr, "    {}\n", place(files, word & ~1u)), ++shown;
+      if (const ElfSymbol* symbol = f.symbol_at(word & ~1u); symbol != nullptr && symbol->function && word - 1 != symbol->address) {
+        fmt::print(stderr, "    {}\n", place(files, word & ~1u));
+        ++shown;
+      }
   }
   fmt::print(stderr, "  last instructions\n");
   const uint64_t last = s.instructions;

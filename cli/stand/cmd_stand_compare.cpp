@@ -47,13 +47,16 @@ struct StandSide {
 StandSide from_runs(const StandCompareArguments& o, double hover_rad_s, double density_kg_m3, std::vector<std::string>& remarks) {
   stand::RunOptions with;
   if (!o.mapping.empty()) with.mapping = stand::read_stand_mapping(o.mapping);
-  with.diameter_m = o.diameter_m, with.air_density_kg_m3 = o.density_kg_m3;
+  with.diameter_m = o.diameter_m;
+  with.air_density_kg_m3 = o.density_kg_m3;
   if (!o.uncertainty.empty())
     with.known =
         stand::stand_uncertainty(stand::read_uncertainties(TomlFile::read(o.uncertainty).root().table("uncertainty")), "stand file");
   stand::EstimateOptions options;
   options.window_rad_s = {{(1.0 - kWindowShare) * hover_rad_s, (1.0 + kWindowShare) * hover_rad_s}};
-  options.reference_density_kg_m3 = density_kg_m3, options.draws = o.draws, options.seed = o.seed;
+  options.reference_density_kg_m3 = density_kg_m3;
+  options.draws = o.draws;
+  options.seed = o.seed;
   StandSide side;
   double logs = 0.0, squares = 0.0, n = 0.0;
   for (const fs::path& path : o.runs) {
@@ -67,9 +70,13 @@ StandSide from_runs(const StandCompareArguments& o, double hover_rad_s, double d
       throw Error(
           {"--density", "the air density of " + e.name + " is not known, and the comparison needs it", "", "give --density, in kg/m³"});
     const double l = std::log(e.reduced_c_t);
-    logs += l, squares += l * l, n += 1.0;
-    side.value.u = e.thrust->u / e.thrust->value, side.value.degrees = e.thrust->degrees;
-    side.exponent = e.thrust->exponent, side.exponent_u = e.thrust->exponent_u;
+    logs += l;
+    squares += l * l;
+    n += 1.0;
+    side.value.u = e.thrust->u / e.thrust->value;
+    side.value.degrees = e.thrust->degrees;
+    side.exponent = e.thrust->exponent;
+    side.exponent_u = e.thrust->exponent_u;
     side.note = fmt::format("{} at the hover speed; {}", e.name,
                             e.thrust->square_fails ? fmt::format("thrust goes with ω^{:.2f} there", e.thrust->exponent) : "c ω² holds");
     for (const auto& b : e.thrust->budget)
@@ -78,7 +85,8 @@ StandSide from_runs(const StandCompareArguments& o, double hover_rad_s, double d
   if (n == 0.0)
     throw Error({"RUN", "no run has a thrust that can be used", "faulty channels, named above", "correct them and measure again"},
                 ExitCode::data_quality);
-  side.value.name = "stand", side.value.value = std::exp(logs / n);
+  side.value.name = "stand";
+  side.value.value = std::exp(logs / n);
   const double scatter = n > 1.0 ? std::sqrt(std::max(0.0, (squares - logs * logs / n) / (n - 1.0) / n)) : 0.0;
   if (n > 1.0) side.note = fmt::format("mean of {:.0f} runs at the hover speed, their scatter {:.2f} % of the mean", n, 100.0 * scatter);
   side.value.u = side.value.value * std::hypot(side.value.u, scatter);
@@ -91,7 +99,8 @@ StandSide stand_side(const StandCompareArguments& o, const host::VehicleFile& v,
   side.value.name = "stand";
   if (!o.stand_c_t.empty()) {
     const double scale = o.density_kg_m3 ? v.air_density_kg_m3 / *o.density_kg_m3 : 1.0;
-    side.value.value = o.stand_c_t[0] * scale, side.value.u = o.stand_c_t[1] * scale;
+    side.value.value = o.stand_c_t[0] * scale;
+    side.value.u = o.stand_c_t[1] * scale;
     side.note = o.density_kg_m3 ? "as given" : "as given; density taken as the vehicle file's (--density)";
     return side;
   }
@@ -100,7 +109,8 @@ StandSide stand_side(const StandCompareArguments& o, const host::VehicleFile& v,
     throw Error(
         {"RUN", "no stand: no run, no --stand-c-t, and the vehicle file has no [[static_thrust]] of origin stand", "", "give one of them"});
   const double scale = v.air_density_kg_m3 / s->air_density_kg_m3;
-  side.value.value = s->c_t_N_s2 * scale, side.value.u = s->u_N_s2 * scale;
+  side.value.value = s->c_t_N_s2 * scale;
+  side.value.u = s->u_N_s2 * scale;
   side.note = fmt::format("[[static_thrust]] of the vehicle file, {:.0f} to {:.0f} RPM", s->rpm_window[0], s->rpm_window[1]);
   return side;
 }
@@ -118,7 +128,9 @@ std::optional<stand::FlightCoefficient> from_hover(const StandCompareArguments& 
 stand::ComparisonDocument compare(const StandCompareArguments& o) {
   const host::VehicleFile v = host::read_vehicle(o.vehicle, host::builtin_effect_catalogue());
   stand::ComparisonDocument d;
-  d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")", d.margin = 0.01 * o.margin_percent,
+  d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")";
+  d.margin = 0.01 * o.margin_percent;
+
   d.air_density_kg_m3 = v.air_density_kg_m3;
   const stand::FlightCoefficient flight = stand::flight_coefficient(v, o.correlation);
   const auto hover = from_hover(o, v);
@@ -138,7 +150,8 @@ stand::ComparisonDocument compare(const StandCompareArguments& o) {
   d.notes = {side.note, flight.note};
   d.pairs.push_back(stand::compare_pair(d.values[0], d.values[1], d.margin, shared));
   if (hover) {
-    d.values.push_back({"flight, hover", hover->c_t_N_s2, hover->u_N_s2}), d.notes.push_back(hover->note);
+    d.values.push_back({"flight, hover", hover->c_t_N_s2, hover->u_N_s2});
+    d.notes.push_back(hover->note);
     d.pairs.push_back(stand::compare_pair(d.values[0], d.values[2], d.margin, shared));
     d.pairs.push_back(stand::compare_pair(d.values[1], d.values[2], d.margin, std::min(mass, flight.u_N_s2 / flight.c_t_N_s2)));
     d.remarks.push_back("k1, k2 and hover share the mass, which cancels between them");

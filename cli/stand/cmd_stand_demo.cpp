@@ -46,7 +46,8 @@ int stand_demo(DemoArguments& o) {
   stand::EstimateOptions options;
   options.window_rad_s = {{7000.0 * kRad_s_per_rpm, 11000.0 * kRad_s_per_rpm}};
   stand::EstimateDocument d;
-  d.version = o.run.version, d.command = "rotorloop stand demo";
+  d.version = o.run.version;
+  d.command = "rotorloop stand demo";
   d.reference_density_kg_m3 = options.reference_density_kg_m3;
   const std::filesystem::path samples = o.run.out / stand::kSamplesFile;
   d.inputs.emplace_back(samples.generic_string(), sha256_file(samples));

@@ -38,7 +38,8 @@ struct StandEstimateArguments {
 stand::RunOptions run_options(const StandEstimateArguments& o) {
   stand::RunOptions r;
   if (!o.mapping.empty()) r.mapping = stand::read_stand_mapping(o.mapping);
-  r.diameter_m = o.diameter_m, r.air_density_kg_m3 = o.density_kg_m3;
+  r.diameter_m = o.diameter_m;
+  r.air_density_kg_m3 = o.density_kg_m3;
   if (!o.uncertainty.empty()) {
     const TomlFile file = TomlFile::read(o.uncertainty);
     r.known = stand::stand_uncertainty(stand::read_uncertainties(file.root().table("uncertainty")), "stand file");
@@ -66,7 +67,8 @@ void compare_files(stand::EstimateDocument& d, const std::vector<stand::StandRun
   for (const auto& run : runs) {
     stand::StandFileDiagnosis f;
     if (!run.checked.record.points.empty()) f = stand::diagnose_stand(run.checked.record);
-    f.name = run.name, f.faults = run.checked.faults;
+    f.name = run.name;
+    f.faults = run.checked.faults;
     if (!f.faults.empty()) f.verdict = diagnose::DiagnosisVerdict::faulty;
     all.files.push_back(std::move(f));
   }
@@ -86,7 +88,10 @@ std::optional<std::array<double, 2>> common_speeds(const std::vector<stand::Stan
   std::array<double, 2> w{0.0, std::numeric_limits<double>::infinity()};
   for (const auto& run : runs) {
     const auto of_run = stand::speeds_of(run);
-    if (of_run[1] > 0.0) w[0] = std::max(w[0], of_run[0]), w[1] = std::min(w[1], of_run[1]);
+    if (of_run[1] > 0.0) {
+      w[0] = std::max(w[0], of_run[0]);
+      w[1] = std::min(w[1], of_run[1]);
+    }
   }
   return w[0] < w[1] ? std::optional(w) : std::nullopt;
 }
@@ -110,7 +115,8 @@ stand::EstimateDocument estimate_all(const StandEstimateArguments& o) {
   options.accepted = {o.accepted.begin(), o.accepted.end()};
   if (o.window_rpm.size() == 2) options.window_rad_s = {{o.window_rpm[0] * kRad_s_per_rpm, o.window_rpm[1] * kRad_s_per_rpm}};
   stand::EstimateDocument d;
-  d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")", d.command = "rotorloop stand estimate";
+  d.version = std::string("rotorloop ") + kVersion + " (" + kGit + ")";
+  d.command = "rotorloop stand estimate";
   d.reference_density_kg_m3 = options.reference_density_kg_m3;
   std::vector<stand::StandRun> runs;
   for (const fs::path& path : o.runs) {
@@ -123,7 +129,10 @@ stand::EstimateDocument estimate_all(const StandEstimateArguments& o) {
   for (const stand::StandRun& run : runs) d.files.push_back({stand::estimate_stand(run, options), stand::advance_torque(run)});
   if (!o.wind.empty()) {
     stand::AdvanceTorque advance = advance_of(o, runs[0], with);
-    if (const auto& torque = d.files[0].estimate.torque) advance.c_q0_N_m_s2 = torque->value, advance.u0_N_m_s2 = torque->u;
+    if (const auto& torque = d.files[0].estimate.torque) {
+      advance.c_q0_N_m_s2 = torque->value;
+      advance.u0_N_m_s2 = torque->u;
+    }
     d.files[0].advance = std::move(advance);
   }
   compare_files(d, runs);

@@ -97,7 +97,10 @@ void print_json(const ProbeArguments& o, const modbus::ProbeReadings& r, const s
                            {"words_with_load", words_json(r.loaded)}};
   j["candidates"] = nlohmann::ordered_json::array();
   for (const modbus::ProbeCandidate& c : all) j["candidates"].push_back(candidate_json(c));
-  if (pick > 0) j["picked"] = pick, j["written"] = o.out.generic_string();
+  if (pick > 0) {
+    j["picked"] = pick;
+    j["written"] = o.out.generic_string();
+  }
   fmt::print("{}\n", j.dump(1));
 }
 

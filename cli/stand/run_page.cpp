@@ -41,7 +41,10 @@ void RunPage::operator()(stand_run::Session& session) {
 
 void RunPace::wait(double now_s) {
   if (pace_ == 0.0) return;
-  if (begun_s_ < 0.0) begun_s_ = now_s, begun_ = std::chrono::steady_clock::now();
+  if (begun_s_ < 0.0) {
+    begun_s_ = now_s;
+    begun_ = std::chrono::steady_clock::now();
+  }
   const std::chrono::duration<double> since((now_s - begun_s_) / pace_);
   std::this_thread::sleep_until(begun_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(since));
 }

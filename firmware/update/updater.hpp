@@ -79,7 +79,10 @@ class Updater {
     if (!job_ || end_ != UpdateEnd::none || !record_is_written()) return;
     if (now_us - good_us_ > kGiveUp_us) return give_up("no answer from the file server", now_us);
     if (waiting_ && now_us - asked_us_ < timeout_us()) return;
-    if (waiting_) ++counters_.repeated, ++repeated_;
+    if (waiting_) {
+      ++counters_.repeated;
+      ++repeated_;
+    }
     ask(now_us);
   }
 
@@ -96,7 +99,10 @@ class Updater {
   bool may_start() const { return end_ == UpdateEnd::installed || (old_ && !erased_); }
   std::uint8_t own_id() const { return voice_.own_id(); }  // 0: not yet allocated
   // What a node without a job says of itself in its NodeStatus.
-  void set_waiting(std::uint16_t vendor_status, protocols::Health health) { waiting_status_ = vendor_status, waiting_health_ = health; }
+  void set_waiting(std::uint16_t vendor_status, protocols::Health health) {
+    waiting_status_ = vendor_status;
+    waiting_health_ = health;
+  }
   void say(protocols::LogMessage::Level level, const char* text, std::uint64_t now_us) { voice_.say(level, text, now_us); }
   const UpdateCounters& counters() const { return counters_; }
   std::uint32_t offset() const { return offset_; }  // bytes of the image in place

@@ -93,8 +93,12 @@ RmsReduction rms_reduction(const Eigen::VectorXd& before, const Eigen::VectorXd&
   const auto blocks = members(block);
   std::vector<double> b2, a2;
   for (const auto& b : blocks) {
-    b2.push_back(0.0), a2.push_back(0.0);
-    for (const auto i : b) b2.back() += before(i) * before(i), a2.back() += after(i) * after(i);
+    b2.push_back(0.0);
+    a2.push_back(0.0);
+    for (const auto i : b) {
+      b2.back() += before(i) * before(i);
+      a2.back() += after(i) * after(i);
+    }
   }
   const RandomStream random(seed, kResamplingModule);
   std::uint64_t sample = 0;
@@ -104,7 +108,8 @@ RmsReduction rms_reduction(const Eigen::VectorXd& before, const Eigen::VectorXd&
     for (std::size_t k = 0; k < blocks.size(); ++k) {
       const auto pick =
           std::min(blocks.size() - 1, static_cast<std::size_t>(random.uniform(sample++) * static_cast<double>(blocks.size())));
-      sb += b2[pick], sa += a2[pick];
+      sb += b2[pick];
+      sa += a2[pick];
     }
     falls.push_back(sb > 0.0 ? 1.0 - std::sqrt(sa / sb) : 0.0);
   }

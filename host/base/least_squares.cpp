@@ -67,7 +67,9 @@ LeastSquaresFit fit_least_squares(const std::vector<BoundedParameter>& parameter
   VectorXd start(n), min(n), max(n);
   for (Index k = 0; k < n; ++k) {
     const BoundedParameter& p = parameters[static_cast<std::size_t>(k)];
-    start[k] = p.start, min[k] = p.min, max[k] = p.max;
+    start[k] = p.start;
+    min[k] = p.min;
+    max[k] = p.max;
   }
   const auto jacobian = [&](const VectorXd& x, Index rows) {
     MatrixXd j(rows, n);

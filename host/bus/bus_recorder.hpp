@@ -18,7 +18,12 @@ class BusRecorder {
   void write(std::int64_t time_ns, const BusFrame& frame) {
     const bool due = time_ns - flushed_ns_ >= kFlush_ns;
     if (due) flushed_ns_ = time_ns;
-    std::visit([&](auto& writer) { writer.write(time_ns, frame), due ? writer.flush() : void(); }, writer_);
+    std::visit(
+        [&](auto& writer) {
+          writer.write(time_ns, frame);
+          due ? writer.flush() : void();
+        },
+        writer_);
   }
   void close() {  // throws Error when the disk refused
     std::visit([](auto& writer) { writer.close(); }, writer_);

@@ -53,7 +53,8 @@ bool take_data(const Words& words, std::size_t from, std::size_t length, int bas
 bool take_id(std::string_view word, int base, bool extended, BusFrame& frame) {
   const auto id = whole(word, base);
   if (!id || *id >= (extended ? 1u << 29 : 1u << 11)) return false;
-  frame.id = *id, frame.extended = extended;
+  frame.id = *id;
+  frame.extended = extended;
   return true;
 }
 

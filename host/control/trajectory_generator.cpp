@@ -132,7 +132,10 @@ TrajectoryFile slowed(const TrajectoryFile& file, double factor) {
     s.duration_s *= factor;
     for (Polynomial* p : {&s.x_m, &s.y_m, &s.z_m, &s.yaw_rad}) {
       double power = 1.0;
-      for (double& c : p->c) c /= power, power *= factor;
+      for (double& c : p->c) {
+        c /= power;
+        power *= factor;
+      }
     }
   }
   return out;
@@ -153,7 +156,8 @@ double slowing(const Trajectory& trajectory, const TrajectoryLimits& limits) {
   if (keeps(1.0, kDecimals)) return 1.0;
   double low = 1.0, high = 2.0;
   while (!keeps(high)) {
-    low = high, high *= 2.0;
+    low = high;
+    high *= 2.0;
     if (high > 100.0)
       throw Error({"", fmt::format("slowed down {} times the flight is still beyond its limits", low), "", "raise the limits"});
   }

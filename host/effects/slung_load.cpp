@@ -54,8 +54,10 @@ void SlungLoad::advance(const double* c, const MemoryStep& step, double* memory)
   const double out = std::sqrt(memory[0] * memory[0] + memory[1] * memory[1]);
   if (out > kLowest) {
     const double x = memory[0] / out, y = memory[1] / out, outward = std::max(0.0, x * memory[2] + y * memory[3]);
-    memory[0] = kLowest * x, memory[1] = kLowest * y;
-    memory[2] -= outward * x, memory[3] -= outward * y;
+    memory[0] = kLowest * x;
+    memory[1] = kLowest * y;
+    memory[2] -= outward * x;
+    memory[3] -= outward * y;
   }
 }
 

@@ -97,7 +97,10 @@ class UserTermReader {
         parameters[k].fail("name", fmt::format("\"{}\" has the parameter \"{}\" twice", e.id, e.names.back()), "a copied block",
                            "rename it");
     }
-    for (std::size_t k = 0; k < parameters.size(); ++k) e.parameters[k].name = e.names[k], e.parameters[k].unit = e.units[k];
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      e.parameters[k].name = e.names[k];
+      e.parameters[k].unit = e.units[k];
+    }
     e.term = {{e.id, e.parameters}, hooks<double>(), hooks<PlaceDual>(), hooks<ExtraDual>(), &e.program};
   }
 
@@ -136,7 +139,10 @@ class UserTermReader {
     const LoadGeometry g;
     LoadState<double> s{in, p, g, {}, {}, {}, {}, {}, {}, {}};
     s.omega_rad_s.fill(1000.0);
-    for (auto& r : s.rotor) r.thrust_N = 1.0, r.torque_N_m = 0.01;
+    for (auto& r : s.rotor) {
+      r.thrust_N = 1.0;
+      r.torque_N_m = 0.01;
+    }
     return evaluate(e, s);
   }
 };

@@ -99,7 +99,10 @@ void Commission::step(bool go_on) {
   }
   if (!go_on) {
     // Disarming ends it too, and needs no answer.
-    if (now_ns >= next_arming_ns_) arm(false), next_arming_ns_ = now_ns + kQuestion_ns;
+    if (now_ns >= next_arming_ns_) {
+      arm(false);
+      next_arming_ns_ = now_ns + kQuestion_ns;
+    }
   } else if (now_ns >= next_arming_ns_) {
     arm(true);
     next_arming_ns_ = now_ns + kCommissionArming_ns;

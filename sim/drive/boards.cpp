@@ -9,7 +9,8 @@ namespace {
 BoardStage b_g431b_esc1() {
   BoardStage b;
   b.name = "b_g431b_esc1";
-  b.least_cells = 3, b.most_cells = 6;
+  b.least_cells = 3;
+  b.most_cells = 6;
   b.most_phase_A = 45.0;
   b.most_bus_V = 34.3;
   return b;
@@ -20,7 +21,8 @@ BoardStage b_g431b_esc1() {
 BoardStage small_2s_15a() {
   BoardStage b;
   b.name = "small_2s_15a";
-  b.least_cells = 1, b.most_cells = 2;
+  b.least_cells = 1;
+  b.most_cells = 2;
   b.most_phase_A = 15.0;
   b.most_bus_V = 12.0;
   b.inverter = {.pwm_Hz = 48000.0,
@@ -33,8 +35,10 @@ BoardStage small_2s_15a() {
   b.sensing.current_V_per_A = 0.1;
   b.sensing.current_zero_V = 1.65;
   b.sensing.bus_ratio = 3.3 / 12.0;
-  b.thermal.fets_J_K = 0.1, b.thermal.fets_K_W = 6.0;
-  b.thermal.board_J_K = 3.0, b.thermal.board_K_W = 12.0;
+  b.thermal.fets_J_K = 0.1;
+  b.thermal.fets_K_W = 6.0;
+  b.thermal.board_J_K = 3.0;
+  b.thermal.board_K_W = 12.0;
   return b;
 }
 
@@ -43,7 +47,8 @@ BoardStage small_2s_15a() {
 BoardStage high_voltage_14s_120a() {
   BoardStage b;
   b.name = "high_voltage_14s_120a";
-  b.least_cells = 7, b.most_cells = 14;
+  b.least_cells = 7;
+  b.most_cells = 14;
   b.most_phase_A = 120.0;
   b.most_bus_V = 80.0;
   b.inverter = {.pwm_Hz = 24000.0,
@@ -56,8 +61,10 @@ BoardStage high_voltage_14s_120a() {
   b.sensing.current_V_per_A = 12.5e-3;
   b.sensing.current_zero_V = 1.65;
   b.sensing.bus_ratio = 3.3 / 80.0;
-  b.thermal.fets_J_K = 3.0, b.thermal.fets_K_W = 0.4;
-  b.thermal.board_J_K = 60.0, b.thermal.board_K_W = 1.0;
+  b.thermal.fets_J_K = 3.0;
+  b.thermal.fets_K_W = 0.4;
+  b.thermal.board_J_K = 60.0;
+  b.thermal.board_K_W = 1.0;
   return b;
 }
 

@@ -26,7 +26,10 @@ void distribute(const std::array<Drive*, Count>& d, const Real& value, const Put
     put(*d[0], value);
   } else {
     static_assert(Count == Lanes::kCount);
-    put(*d[0], value[0]), put(*d[1], value[1]), put(*d[2], value[2]), put(*d[3], value[3]);
+    put(*d[0], value[0]);
+    put(*d[1], value[1]);
+    put(*d[2], value[2]);
+    put(*d[3], value[3]);
   }
 }
 
@@ -115,7 +118,10 @@ inline void Drive::scatter(const std::array<Drive*, Count>& drives, const SideBy
     const Real window_s = 0.5 * ((1.0 - g.duty[k]) * g.period_s - g.dead_time_s);
     distribute(drives, window_s, [&](Drive& d, double x) { d.low_window_s_[k] = x; });
   }
-  for (Drive* d : drives) d->by_edges_ = false, d->count_periods(periods);
+  for (Drive* d : drives) {
+    d->by_edges_ = false;
+    d->count_periods(periods);
+  }
 }
 
 template <bool kDetailed, class Real, std::size_t Count>

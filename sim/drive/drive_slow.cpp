@@ -42,15 +42,15 @@ void Drive::follow_losses(double dt_s) {
 }
 
 void Drive::follow_faults() {
-  const double t_s = time_s();
   const double whole_kg_m2 = p_.motor.inertia_kg_m2 + p_.blade_inertia_kg_m2;
   legs_ = {};
   sensing_.faults = {};
   double magnets = 1.0, inertia_kg_m2 = whole_kg_m2;
-  load_share_ = 1.0, strike_N_m_ = 0.0;
+  load_share_ = 1.0;
+  strike_N_m_ = 0.0;
   bool locked = false;
   for (const DriveFault& f : p_.faults) {
-    if (!acts(f, t_s)) continue;
+    if (!acts(f, time_s())) continue;
     using enum DriveFaultKind;
     const std::size_t k = f.phase;
     switch (f.kind) {
@@ -58,7 +58,8 @@ void Drive::follow_faults() {
         legs_.phase_open[k] = legs_.any = true;
         break;
       case shunt_open:
-        legs_.no_low_path[k] = legs_.any = true, sensing_.faults[k] = ChannelFault::high_rail;
+        legs_.no_low_path[k] = legs_.any = true;
+        sensing_.faults[k] = ChannelFault::high_rail;
         break;
       case shunt_short:
         sensing_.faults[k] = ChannelFault::no_current;
@@ -91,7 +92,8 @@ void Drive::follow_faults() {
         strike_N_m_ += f.size;
         break;
       case prop_loss:
-        load_share_ = 0.0, inertia_kg_m2 = p_.motor.inertia_kg_m2;
+        load_share_ = 0.0;
+        inertia_kg_m2 = p_.motor.inertia_kg_m2;
         break;
     }
   }

@@ -99,7 +99,8 @@ void empty_open_phases(const LegFaults& f, const PhaseAxes& a, MotorState& s) {
   for (std::size_t k = 0; k < 3; ++k) {
     if (!f.phase_open[k]) continue;
     const double i_k = a.c[k] * s.i_d_A - a.s[k] * s.i_q_A;
-    s.i_d_A -= i_k * a.c[k], s.i_q_A += i_k * a.s[k];
+    s.i_d_A -= i_k * a.c[k];
+    s.i_q_A += i_k * a.s[k];
   }
 }
 
@@ -107,7 +108,10 @@ void empty_open_phases(const LegFaults& f, const PhaseAxes& a, MotorState& s) {
 Voltage winding_voltage(const LegFaults& f, const PhaseAxes& a, const std::array<Leg, 3>& leg, const MotorConstants<double>& m,
                         const MotorState& s) {
   Voltage v;
-  const auto add = [&](std::size_t k, double volt) { v.d += 2.0 / 3.0 * volt * a.c[k], v.q -= 2.0 / 3.0 * volt * a.s[k]; };
+  const auto add = [&](std::size_t k, double volt) {
+    v.d += 2.0 / 3.0 * volt * a.c[k];
+    v.q -= 2.0 / 3.0 * volt * a.s[k];
+  };
   for (std::size_t k = 0; k < 3; ++k)
     if (!f.phase_open[k]) add(k, leg[k].v_V);
   for (std::size_t k = 0; k < 3; ++k) {

@@ -14,8 +14,10 @@ void scale_to_motor(ThermalParameters& t, const MotorParameters& m) {
   const double of_2306 = constant_squared(7.0, 3.42e-4, 0.06);
   const double mass = pow_exact(constant_squared(m.pole_pairs, m.flux_linkage_Wb, m.resistance_ohm) / of_2306, 1.0 / 1.3);
   const double surface = pow_exact(mass, 2.0 / 3.0);
-  t.winding_J_K *= mass, t.iron_J_K *= mass;
-  t.winding_K_W /= surface, t.iron_K_W /= surface;
+  t.winding_J_K *= mass;
+  t.iron_J_K *= mass;
+  t.winding_K_W /= surface;
+  t.iron_K_W /= surface;
 }
 
 }  // namespace
@@ -39,7 +41,8 @@ TypicalDrive typical_drive(const DriveParameters& nominal, double most_phase_A, 
   for (double& drift : d.sensing.drift_counts) drift = between(-20.0, 20.0);
   d.sensing.drift_s = between(3.0, 10.0);
   const double reference = between(0.99, 1.01);  // the bias of the amplifiers comes from the same reference
-  d.sensing.reference_V *= reference, d.sensing.current_zero_V *= reference;
+  d.sensing.reference_V *= reference;
+  d.sensing.current_zero_V *= reference;
   d.sensing.bus_ratio *= between(0.99, 1.01);
   d.sensing.bad_sample_every = 4.0 * 24000.0;
 

@@ -15,7 +15,8 @@ BasicNativeEsc<Scales>::BasicNativeEsc(const NativeEscConfig& c)
       control_(c.firmware) {
   if (c.typical_board && c.own_clock) {
     const TypicalDrive t = drawn_drive(c, stage());
-    rate_ = 1.0 + 1e-6 * t.clock_ppm, phase_ = t.pwm_phase;
+    rate_ = 1.0 + 1e-6 * t.clock_ppm;
+    phase_ = t.pwm_phase;
   }
   drive_.set_bus_V(c.bus_V);
 }

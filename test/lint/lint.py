@@ -14,6 +14,7 @@ from collections import namedtuple
 from pathlib import Path, PurePosixPath
 
 import rules
+from statements import joined_statements
 
 Finding = namedtuple("Finding", "path line rule what remedy")
 
@@ -168,6 +169,7 @@ class Linter:
         self.check_build_options(compile_commands)
         self.check_folders()
         self.check_function_lengths()
+        self.check_statements()
         self.check_room_sizes()
         self.check_house_page()
         self.check_type_names()
@@ -412,6 +414,12 @@ class Linter:
             if path in self.files:
                 self.report(path, 1, "exemption-not-needed", f"{function} needs no exemption from function-length",
                             "remove it from LONG_FUNCTIONS in test/lint/rules.py")
+
+    def check_statements(self):
+        for name in self.sources:
+            for start, _, _, _ in joined_statements(without_comments_and_strings(self.text[name])):
+                self.report(name, line_of(self.text[name], start), "joined-statements", "several expressions joined by commas are one statement",
+                            "one statement a line")
 
     # (h) The linker takes one of two types of a name for both, and the program ends somewhere else than where the mistake is.
     def check_type_names(self):

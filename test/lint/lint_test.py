@@ -145,6 +145,14 @@ CASES = [
     ("400 lines", {"sim/world/x.cpp": "//\n" * 400}, None, None),
     ("a test of 601 lines", {"test/unit/x_test.cpp": "int i;\n" * 601}, "file-length", "test/unit/x_test.cpp:601"),
     ("a test of 600 lines", {"test/unit/x_test.cpp": "//\n" * 600}, None, None),
+    ("statements joined by a comma", {"sim/world/x.cpp": "void f() {\n  g();\n  a.x = 1, b->y[2] += h(3, 4);\n}\n"}, "joined-statements", "sim/world/x.cpp:3"),
+    ("joined behind a condition", {"sim/world/x.cpp": "void f() {\n  if (a)\n    x = 1, ++n;\n}\n"}, "joined-statements", "sim/world/x.cpp:3"),
+    ("joined behind a label, in a lambda", {"sim/world/x.cpp": "auto f = [](int i) {\n  switch (i) {\n    case 1: p.push_back(1), q = 2; break;\n  }\n};\n"},
+     "joined-statements", "sim/world/x.cpp:3"),
+    ("commas that join no statements", {"sim/world/x.cpp": "A::A() : a(1), b{2} {}\nvoid f(int i, int j) {\n  double x = 1.0, y = 2.0;\n  B &r = b, *p = &r;\n"
+                                        "  auto [u, v] = g(i, j);\n  std::map<int, int> m = {{1, 2}, {3, 4}};\n  alignas(64) std::array<int, kMost> k{};\n  s.template store<4, How::by_name>(x, y);\n"
+                                        "  matrix << 1, 2, 3;\n  for (i = 0, j = 1; i < 3; ++i, ++j) g(i, j);\n  return h<int, 2>(x), y;\n}\n"
+                                        "enum E { one = 1, two = 2 };\nDECLARE(X)\nHandler g, h;\nstruct P {\n  P(int i, int j) : i_(i), j_(j) {}\n  ~P();\n};\n"}, None, None),
     ("a function of 61 lines", {"sim/world/x.cpp": "int i;\n" + FUNCTION_61}, "function-length", "sim/world/x.cpp:2"),
     ("a function of 60 lines", {"sim/world/x.cpp": FUNCTION_61.replace("  i;\n", "", 1)}, None, None),
     ("a member of 61 lines in a header", {"sim/world/x.hpp": "template <class T>\nstruct A final : B<T> {\n" + FUNCTION_61 + "};\n"},
@@ -297,7 +305,7 @@ class LintTest(unittest.TestCase):
 
     def test_every_rule_has_a_case(self):
         promised = {r.id for r in rules.TOKEN_RULES} | {r[0] for r in rules.LEAKS}
-        promised |= {"include-arrow", "include-path", "target-header", "float-option", "folder-readme", "file-length", "function-length",
+        promised |= {"include-arrow", "include-path", "target-header", "float-option", "folder-readme", "file-length", "function-length", "joined-statements",
                      "exemption-not-needed"}
         promised |= {"include-arrow", "include-path", "target-header", "float-option", "folder-readme", "file-length", "exemption-not-needed",
                      "module-loop", "folder-size", "room-size", "room-table", "walk", "private-word", "effect-row", "effect-code", "effect-id",

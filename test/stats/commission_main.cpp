@@ -70,7 +70,9 @@ void class_table(const std::vector<CommissionTrial>& trials) {
       bool good = true;
       for (std::size_t q = 0; q < kQuantities; ++q) good &= within(t, q);
       all += good ? 1 : 0;
-      took_s = std::max(took_s, t.took_s), peak_A = std::max(peak_A, t.peak_A), heated_K = std::max(heated_K, t.heated_K);
+      took_s = std::max(took_s, t.took_s);
+      peak_A = std::max(peak_A, t.peak_A);
+      heated_K = std::max(heated_K, t.heated_K);
     }
     if (draws > 0)
       fmt::print("| {} | {} | {} | {} | {:.1f} s | {:.1f} A | {:.0f} K |\n", c.name, draws, finished, all, took_s, peak_A, heated_K);

@@ -108,7 +108,9 @@ bool fly_table(const std::vector<EscTrial>& trials) {
                milliseconds(most(of, [](const EscTrial& t) { return t.start_ms; })),
                most(of, [](const EscTrial& t) { return t.start_peak_A; }), n_clean, of.size(), trips,
                most(of, [](const EscTrial& t) { return t.longest_gap_ms; }), number(of, [](const EscTrial& t) { return t.latched; }));
-    started += number(of, in_time), clean += n_clean, latched += number(of, [](const EscTrial& t) { return t.latched; });
+    started += number(of, in_time);
+    clean += n_clean;
+    latched += number(of, [](const EscTrial& t) { return t.latched; });
     held += number(of, [](const EscTrial& t) { return t.longest_gap_ms <= kLongestGap_ms; });
   }
   fmt::print("all: {} draws, {} started in time, {} without a trip, {} never without speed for more than 100 ms, {} latched\n",

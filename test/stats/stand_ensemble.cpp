@@ -67,7 +67,10 @@ StandEnsemble stand_ensemble(const sim::Blade& blade, const std::filesystem::pat
     simulated.write_run(folder, options, seed);
     stand::EstimateOptions o;
     o.window_rad_s = {{7000.0 * kRad_s_per_rpm, 11000.0 * kRad_s_per_rpm}};
-    o.reference_density_kg_m3 = test::kSimulatedDensity_kg_m3, o.draws = draws, o.seed = seed, o.inductance_H = 15e-6;
+    o.reference_density_kg_m3 = test::kSimulatedDensity_kg_m3;
+    o.draws = draws;
+    o.seed = seed;
+    o.inductance_H = 15e-6;
     scores.add(stand::estimate_stand(stand::read_stand_run(folder, {}), o), truth);
     std::filesystem::remove_all(folder);
   }

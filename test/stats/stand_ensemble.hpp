@@ -40,7 +40,11 @@ class EnsembleScores {
   struct Sums {
     double error = 0.0, squares = 0.0, inside = 0.0, u = 0.0, n = 0.0;
     void add(double relative, bool in, double relative_u) {
-      error += relative, squares += relative * relative, inside += in, u += relative_u, n += 1.0;
+      error += relative;
+      squares += relative * relative;
+      inside += in;
+      u += relative_u;
+      n += 1.0;
     }
   };
   struct Value {

@@ -45,7 +45,11 @@ Law fitted(const std::vector<double>& omega, const std::vector<double>& c, doubl
 struct Spread {
   Eigen::Array3d squares = Eigen::Array3d::Zero();
   double kink = 0.0, n = 0.0;
-  void add(const Law& law) { squares += law.shape.array().square(), kink += law.kink * law.kink, n += 1.0; }
+  void add(const Law& law) {
+    squares += law.shape.array().square();
+    kink += law.kink * law.kink;
+    n += 1.0;
+  }
   void print(const char* of, const char* name) const {
     const Eigen::Array3d rms = (squares / n).sqrt();
     fmt::print("{:<34} {:<4} {:>8.3f} {:>10.3f} {:>18.3f} {:>14.2f}\n", of, name, rms(0), rms(1), rms(2), 100.0 * std::sqrt(kink / n));
@@ -66,12 +70,17 @@ void add_measured(const std::filesystem::path& data, Spread& thrust, Spread& tor
     const auto files = propeller::read_propeller_files({data / "propellers" / p.folder}, options);
     std::vector<double> omega, ct, cp;
     for (const auto& row : files.sets.at(0).rows)
-      if (row.j == 0.0) omega.push_back(row.rpm * kRad_s_per_rpm), ct.push_back(row.ct), cp.push_back(row.cp);
+      if (row.j == 0.0) {
+        omega.push_back(row.rpm * kRad_s_per_rpm);
+        ct.push_back(row.ct);
+        cp.push_back(row.cp);
+      }
     const double centre = *std::max_element(omega.begin(), omega.end()) / kMost;
     const Law t = fitted(omega, ct, centre), q = fitted(omega, cp, centre);
     fmt::print("  {:<16} {:>3} rows to {:>6.0f} RPM  thrust {:+.3f} {:+.3f} {:+.3f}  torque {:+.3f} {:+.3f} {:+.3f}\n", p.folder,
                omega.size(), kMost * centre * kRpm_per_rad_s, t.shape(0), t.shape(1), t.shape(2), q.shape(0), q.shape(1), q.shape(2));
-    thrust.add(t), torque.add(q);
+    thrust.add(t);
+    torque.add(q);
   }
 }
 
@@ -87,9 +96,12 @@ void add_blade(const sim::Blade& blade, Spread& thrust, Spread& torque) {
     sim::RotorWarmStart cold;
     const sim::RotorLoads loads = sim::solve_rotor(rotor, condition, cold);
     const double square = condition.omega_rad_s * condition.omega_rad_s;
-    omega.push_back(condition.omega_rad_s), ct.push_back(loads.force_R_N.z() / square), cq.push_back(loads.shaft_torque_N_m / square);
+    omega.push_back(condition.omega_rad_s);
+    ct.push_back(loads.force_R_N.z() / square);
+    cq.push_back(loads.shaft_torque_N_m / square);
   }
-  thrust.add(fitted(omega, ct, centre)), torque.add(fitted(omega, cq, centre));
+  thrust.add(fitted(omega, ct, centre));
+  torque.add(fitted(omega, cq, centre));
 }
 
 }  // namespace
@@ -111,9 +123,12 @@ int main(int argc, char** argv) {
     for (std::uint64_t k = 0; k < blades; ++k) add_blade(stats::drawn_blade(about, first + k), drawn_thrust, drawn_torque);
     fmt::print("{:<34} {:<4} {:>8} {:>10} {:>18} {:>14}\n", "root mean squares", "", "exponent", "curvature", "change of curvature",
                "left over, %");
-    thrust.print("six measured propellers", "c_t"), torque.print("", "c_q");
-    drawn_thrust.print(fmt::format("{} drawn blades", blades).c_str(), "c_t"), drawn_torque.print("", "c_q");
-    one_thrust.print("the blade itself", "c_t"), one_torque.print("", "c_q");
+    thrust.print("six measured propellers", "c_t");
+    torque.print("", "c_q");
+    drawn_thrust.print(fmt::format("{} drawn blades", blades).c_str(), "c_t");
+    drawn_torque.print("", "c_q");
+    one_thrust.print("the blade itself", "c_t");
+    one_torque.print("", "c_q");
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());
     return to_int(e.exit_code());

@@ -53,7 +53,9 @@ OneRun one_run(const VirtualEnsembleOptions& o, std::uint64_t seed, bool errors)
     setup.calibration = calibrated(c.errors, setup.calibration.full_scale, seed);
     setup.uncertainty["cross_talk_m"] = setup.calibration.cross_talk_u_m;
   } else {
-    c.properties.noise = {}, c.properties.division = {}, c.properties.creep_share = 0.0;
+    c.properties.noise = {};
+    c.properties.division = {};
+    c.properties.creep_share = 0.0;
   }
   const auto folder = o.scratch / fmt::format("virtual{}", seed);
   std::filesystem::remove_all(folder);
@@ -64,7 +66,8 @@ OneRun one_run(const VirtualEnsembleOptions& o, std::uint64_t seed, bool errors)
   const stand_run::EscFacts esc = stand_run::find_esc(tool, table, setup, 0, 2.0);
   facts.winding = stand_run::measure_winding(tool, table, esc, 0);
   stand_run::SequenceOptions sequence;
-  sequence.low_rad_s = kLow_rpm * kRad_s_per_rpm, sequence.high_rad_s = kHigh_rpm * kRad_s_per_rpm;
+  sequence.low_rad_s = kLow_rpm * kRad_s_per_rpm;
+  sequence.high_rad_s = kHigh_rpm * kRad_s_per_rpm;
   {
     stand_run::RunFiles files(folder);
     stand_run::SessionOptions session_options;
@@ -77,14 +80,18 @@ OneRun one_run(const VirtualEnsembleOptions& o, std::uint64_t seed, bool errors)
   }
   stand::EstimateOptions e;
   e.window_rad_s = {{kWindowLow_rpm * kRad_s_per_rpm, kWindowHigh_rpm * kRad_s_per_rpm}};
-  e.reference_density_kg_m3 = kReferenceDensity_kg_m3, e.draws = o.draws, e.seed = seed;
+  e.reference_density_kg_m3 = kReferenceDensity_kg_m3;
+  e.draws = o.draws;
+  e.seed = seed;
   OneRun out{stand::estimate_stand(stand::read_stand_run(folder, {}), e), {}};
   std::filesystem::remove_all(folder);
   const double centre = 0.5 * (kWindowLow_rpm + kWindowHigh_rpm) * kRad_s_per_rpm,
                to_reference = kReferenceDensity_kg_m3 / c.rotor.density_kg_m3;
-  out.truth.c_t_N_s2 = stand.rotor().c_t_N_s2(centre) * to_reference,
+  out.truth.c_t_N_s2 = stand.rotor().c_t_N_s2(centre) * to_reference;
+
   out.truth.c_q_N_m_s2 = stand.rotor().c_q_N_m_s2(centre) * to_reference;
-  out.truth.resistance_ohm = stand.rotor().resistance_ohm(), out.truth.speed_constant_rpm_V = stand.rotor().speed_constant_rpm_V();
+  out.truth.resistance_ohm = stand.rotor().resistance_ohm();
+  out.truth.speed_constant_rpm_V = stand.rotor().speed_constant_rpm_V();
   out.truth.inertia_kg_m2 = stand.rotor().inertia_kg_m2();
   return out;
 }
@@ -99,7 +106,8 @@ std::pair<double, double> mean_time_constants(const VirtualEnsembleOptions& o) {
     const OneRun run = one_run(o, kFirst + i, false);
     if (!run.estimate.dynamics || !run.estimate.dynamics->up || !run.estimate.dynamics->down)
       throw Error({"run without errors, seed " + std::to_string(kFirst + i), "finds no time constants", "", ""});
-    up_s += run.estimate.dynamics->up->value_s / kRuns, down_s += run.estimate.dynamics->down->value_s / kRuns;
+    up_s += run.estimate.dynamics->up->value_s / kRuns;
+    down_s += run.estimate.dynamics->down->value_s / kRuns;
   }
   return {up_s, down_s};
 }
@@ -112,7 +120,8 @@ StandEnsemble virtual_stand_ensemble(const VirtualEnsembleOptions& o) {
   EnsembleScores scores;
   for (std::size_t i = 0; i < o.runs; ++i) {
     OneRun run = one_run(o, o.first + i, true);
-    run.truth.up_s = up_s, run.truth.down_s = down_s;
+    run.truth.up_s = up_s;
+    run.truth.down_s = down_s;
     scores.add(run.estimate, run.truth);
     if (o.each) o.each(o.first + i, run.estimate, run.truth);
   }

@@ -21,11 +21,13 @@ double root_between(double low, double high, double f_low, double f_high, double
     const double fx = f(x);
     if (std::fabs(fx) <= tolerance || high - low <= 1e-14 * std::fabs(high)) break;
     if (fx > 0) {
-      low = x, f_low = fx;
+      low = x;
+      f_low = fx;
       if (stuck > 0) f_high *= 0.5;
       stuck = 1;
     } else {
-      high = x, f_high = fx;
+      high = x;
+      f_high = fx;
       if (stuck < 0) f_low *= 0.5;
       stuck = -1;
     }

@@ -48,13 +48,21 @@ class Draw {
 
 ChainErrors drawn_errors(Draw& d) {
   ChainErrors e;
-  e.thrust_gain = d.normal(0.004), e.torque_gain = d.normal(0.004);
-  e.torque_to_thrust = d.normal(0.01) * kThrustRange_N / kTorqueRange_N_m,
+  e.thrust_gain = d.normal(0.004);
+  e.torque_gain = d.normal(0.004);
+  e.torque_to_thrust = d.normal(0.01) * kThrustRange_N / kTorqueRange_N_m;
+
   e.thrust_to_torque = d.normal(0.01) * kTorqueRange_N_m / kThrustRange_N;
-  e.zero_N = d.normal(0.05), e.zero_N_m = d.normal(1e-3), e.drift_N = d.normal(0.04), e.hysteresis_N = d.normal(0.02);
+  e.zero_N = d.normal(0.05);
+  e.zero_N_m = d.normal(1e-3);
+  e.drift_N = d.normal(0.04);
+  e.hysteresis_N = d.normal(0.02);
   e.running_N_m = (d.uniform() < 0.5 ? -1.0 : 1.0) * (5e-3 + 5e-3 * d.uniform());
-  e.density = d.normal(0.003), e.alignment_rad = d.normal(std::numbers::pi / 180.0);
-  e.speed = d.normal(5e-4), e.voltage = d.normal(3e-3), e.current = d.normal(5e-3);
+  e.density = d.normal(0.003);
+  e.alignment_rad = d.normal(std::numbers::pi / 180.0);
+  e.speed = d.normal(5e-4);
+  e.voltage = d.normal(3e-3);
+  e.current = d.normal(5e-3);
   return e;
 }
 

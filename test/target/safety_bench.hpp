@@ -122,7 +122,10 @@ class Bench {
   void pass(std::int64_t duration_ns) {
     for (const std::int64_t end_ns = tool.now_ns() + duration_ns; tool.now_ns() < end_ns;) {
       tool.run_for(std::min(kMs, end_ns - tool.now_ns()));
-      if (patched_ && bus.chip.resets() != patched_->resets) write_instruction(patched_->at, patched_->before), patched_.reset();
+      if (patched_ && bus.chip.resets() != patched_->resets) {
+        write_instruction(patched_->at, patched_->before);
+        patched_.reset();
+      }
     }
   }
   bool operational() const {

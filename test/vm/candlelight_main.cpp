@@ -24,7 +24,9 @@ bool obeyed(UsbIpServer& server, const std::string& line) {
   words >> command >> serial >> number >> interface;
   if (command == "plug") {
     CandlelightOptions options;
-    options.serial = serial, options.channels = number, options.interface = static_cast<std::uint8_t>(interface);
+    options.serial = serial;
+    options.channels = number;
+    options.interface = static_cast<std::uint8_t>(interface);
     return server.plug(options);
   }
   if (command == "unplug") return server.unplug(serial);

@@ -39,13 +39,16 @@ class Adapters {
     if (::pipe(to.data()) != 0 || ::pipe(from.data()) != 0) return;
     process_ = ::fork();
     if (process_ == 0) {
-      ::dup2(to[0], 0), ::dup2(from[1], 1);
+      ::dup2(to[0], 0);
+      ::dup2(from[1], 1);
       for (const int end : {to[0], to[1], from[0], from[1]}) ::close(end);
       ::execl(std::getenv("ROTORLOOP_TEST_CANDLELIGHT"), "vm_candlelight", *option != 0 ? option : nullptr, nullptr);
       ::_exit(127);
     }
-    ::close(to[0]), ::close(from[1]);
-    commands_ = to[1], answers_ = ::fdopen(from[0], "r");
+    ::close(to[0]);
+    ::close(from[1]);
+    commands_ = to[1];
+    answers_ = ::fdopen(from[0], "r");
   }
   ~Adapters() {
     ::close(commands_);
@@ -110,7 +113,10 @@ class GsUsbGuest : public ::testing::Test {
 
 BusFrame frame_of(std::uint32_t id, bool extended, std::size_t length, bool fd) {
   BusFrame f;
-  f.id = id, f.extended = extended, f.fd = fd, f.bit_rate_switch = fd;
+  f.id = id;
+  f.extended = extended;
+  f.fd = fd;
+  f.bit_rate_switch = fd;
   f.length = static_cast<std::uint8_t>(length);
   for (std::size_t i = 0; i < length; ++i) f.data[i] = static_cast<std::uint8_t>(3 * i + length);
   return f;
@@ -226,8 +232,10 @@ TEST_F(GsUsbGuest, FaultsOfTheAdapterAndTheBusAreToldAndEveryFrameIsAccountedFor
   const auto far = open(up("FAR")), near = open("gsusb:NEAR@1000000,4000000");
   std::uint64_t offered = 0;
   const auto exchange = [&] {
-    for (int i = 0; i < 20; ++i, ++offered)
-      near->send_any(frame_of(0x140, false, 4, false)), near->receive_until(near->now_ns() + kSecond_ns / 500);
+    for (int i = 0; i < 20; ++i, ++offered) {
+      near->send_any(frame_of(0x140, false, 4, false));
+      near->receive_until(near->now_ns() + kSecond_ns / 500);
+    }
     near->receive_until(near->now_ns() + kSecond_ns / 20);
     while (far->receive_any()) {
     }

@@ -41,7 +41,10 @@ class SocketCanGuest : public ::testing::Test {
 
 BusFrame frame_of(std::uint32_t id, bool extended, std::size_t length, bool fd) {
   BusFrame f;
-  f.id = id, f.extended = extended, f.fd = fd, f.bit_rate_switch = fd;
+  f.id = id;
+  f.extended = extended;
+  f.fd = fd;
+  f.bit_rate_switch = fd;
   f.length = static_cast<std::uint8_t>(length);
   for (std::size_t i = 0; i < length; ++i) f.data[i] = static_cast<std::uint8_t>(3 * i + length);
   return f;
@@ -103,7 +106,10 @@ TEST_F(SocketCanGuest, AFullQueueOfTheSystemLosesNothingAndEveryOneOf100000Frame
     while (a->output_waits() || a->next_flush_ns() != INT64_MAX) a->wait_until(a->now_ns() + kSecond_ns / 1000);
     read();
   }
-  for (int i = 0; i < 100 && received < kFrames; ++i) b->wait_until(b->now_ns() + kSecond_ns / 1000), read();
+  for (int i = 0; i < 100 && received < kFrames; ++i) {
+    b->wait_until(b->now_ns() + kSecond_ns / 1000);
+    read();
+  }
   EXPECT_GT(a->link_counters().no_buffer, 1'000u) << "the queue never was full: nothing was tested";
   EXPECT_EQ(received, kFrames);
   EXPECT_EQ(wrong, 0u) << "in order, and none of one's own";
@@ -204,7 +210,10 @@ class RawEnd {
     iovec part{.iov_base = &f, .iov_len = sizeof f};
     alignas(cmsghdr) std::array<char, 128> control{};
     msghdr m{};
-    m.msg_iov = &part, m.msg_iovlen = 1, m.msg_control = control.data(), m.msg_controllen = control.size();
+    m.msg_iov = &part;
+    m.msg_iovlen = 1;
+    m.msg_control = control.data();
+    m.msg_controllen = control.size();
     return ::recvmsg(socket_, &m, 0) == static_cast<ssize_t>(sizeof f);
   }
 

@@ -34,7 +34,8 @@ bool read_all(int socket, std::uint8_t* data, std::size_t size) {
     const ssize_t got = ::read(socket, data, size);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return false;
-    data += got, size -= static_cast<std::size_t>(got);
+    data += got;
+    size -= static_cast<std::size_t>(got);
   }
   return true;
 }

@@ -18,7 +18,8 @@ constexpr double kPitchAt = 0.75;
 
 sim::RotorLoads still_air(const sim::Rotor& rotor, double omega_rad_s, double density_kg_m3) {
   sim::RotorCondition c;
-  c.omega_rad_s = omega_rad_s, c.density_kg_m3 = density_kg_m3;
+  c.omega_rad_s = omega_rad_s;
+  c.density_kg_m3 = density_kg_m3;
   sim::RotorWarmStart cold;
   return sim::solve_rotor(rotor, c, cold);
 }

@@ -36,7 +36,8 @@ LoopMargins margins_of(const Loop& loop) {
     double deg = std::arg(l) * 180.0 / std::numbers::pi;
     deg -= 360.0 * std::round((deg - last_deg) / 360.0);
     if (std::abs(l) >= 1.0) {
-      m.crossover_rad_s = w, m.phase_deg = 180.0 + deg;
+      m.crossover_rad_s = w;
+      m.phase_deg = 180.0 + deg;
     } else if (last_deg > -180.0 && deg <= -180.0) {
       m.gain_factor = std::min(m.gain_factor, 1.0 / std::abs(l));
     }
@@ -65,7 +66,10 @@ double frequency_of_torque(double torque_N_m, double inertia_kg_m2) { return std
 double roll_pitch_frequency(const host::VehicleModel& v, const Authority& a) {
   const double change_N = std::min(a.most_N - a.hover_N, a.hover_N * (1.0 - kSlowestSpeedShare * kSlowestSpeedShare));
   double roll_m = 0.0, pitch_m = 0.0;
-  for (int r = 0; r < host::kRotors; ++r) roll_m += std::fabs(v.arm_m(r).y()), pitch_m += std::fabs(v.arm_m(r).x());
+  for (int r = 0; r < host::kRotors; ++r) {
+    roll_m += std::fabs(v.arm_m(r).y());
+    pitch_m += std::fabs(v.arm_m(r).x());
+  }
   return std::min(frequency_of_torque(change_N * roll_m, v.inertia_kg_m2.x()),
                   frequency_of_torque(change_N * pitch_m, v.inertia_kg_m2.y()));
 }
@@ -181,7 +185,10 @@ std::string gains_text(const GainsDesign& d, const std::string& vehicle_name, co
     text += fmt::format("\n[{}] # {:.0f}° of phase, gain factor {:.1f}; held by {}\nfrequency_rad_s = {:.1f}\ndamping = {}\n", name,
                         l.margins.phase_deg, l.margins.gain_factor, l.limited_by, l.gains.frequency_rad_s, l.gains.damping);
   };
-  axis("horizontal", d.horizontal), axis("vertical", d.vertical), axis("roll_pitch", d.roll_pitch), axis("yaw", d.yaw);
+  axis("horizontal", d.horizontal);
+  axis("vertical", d.vertical);
+  axis("roll_pitch", d.roll_pitch);
+  axis("yaw", d.yaw);
   text += fmt::format(
       "\n[limits]\ntilt_max_deg = {:.1f}\nvertical_thrust_min_weight = {}\nthrust_max_weight = {:.2f} # a tenth of the highest thrust "
       "stays for steering\n"

@@ -125,9 +125,12 @@ struct Body {
 
 Body body(const VehicleSketch& s) {
   Body b;
-  b.arm_m = 0.5 * s.wheelbase_m, b.axis_m = b.arm_m / std::numbers::sqrt2, b.height_m = kHubHeightShare * b.axis_m;
+  b.arm_m = 0.5 * s.wheelbase_m;
+  b.axis_m = b.arm_m / std::numbers::sqrt2;
+  b.height_m = kHubHeightShare * b.axis_m;
   for (std::size_t k = 0; k < 3; ++k) b.inertia_kg_m2[k] = kGyration[k] * s.mass_kg * b.arm_m * b.arm_m;
-  b.drag_xy = kDragXy * std::pow(s.mass_kg, 2.0 / 3.0), b.drag_z = kDragZ * std::pow(s.mass_kg, 2.0 / 3.0);
+  b.drag_xy = kDragXy * std::pow(s.mass_kg, 2.0 / 3.0);
+  b.drag_z = kDragZ * std::pow(s.mass_kg, 2.0 / 3.0);
   return b;
 }
 
@@ -228,7 +231,9 @@ bool parse_propeller(const std::string& text, VehicleSketch& sketch) {
   }
   if (text.substr(static_cast<std::size_t>(end)) != "" && text.substr(static_cast<std::size_t>(end)) != " in") return false;
   if (blades < 2 || blades > 8) return false;
-  sketch.diameter_m = kInch_m * diameter_in, sketch.pitch_m = kInch_m * pitch_in, sketch.blades = blades;
+  sketch.diameter_m = kInch_m * diameter_in;
+  sketch.pitch_m = kInch_m * pitch_in;
+  sketch.blades = blades;
   return true;
 }
 

@@ -92,7 +92,8 @@ Bandwidth closed_loop_bandwidth(const Esc& settled, double centre_rad_s, double 
       found = true;
       if (!all) break;
     }
-    last_Hz = f, last_gain = gain;
+    last_Hz = f;
+    last_gain = gain;
   }
   return b;
 }

@@ -85,7 +85,8 @@ CommissionTrial run_on(const EscDraw& draw) {
   t.motor_class = draw.motor_class;
   t.result = rig.run_until();
   t.took_s = rig.drive().time_s();
-  t.peak_A = rig.peak_A, t.peak_rad_s = rig.peak_rad_s;
+  t.peak_A = rig.peak_A;
+  t.peak_rad_s = rig.peak_rad_s;
   t.heated_K = rig.drive().temperatures().winding_K - d.thermal.air_K;
   compare<Board>(t, d, draw);
   return t;

@@ -48,7 +48,11 @@ class EscRun {
     run_ms(ms, [](double) {});
   }
   // Forgets what was counted.
-  void count_anew() { trips_ = 0, peak_A_ = 0.0, gap_ = longest_gap_ = 0; }
+  void count_anew() {
+    trips_ = 0;
+    peak_A_ = 0.0;
+    gap_ = longest_gap_ = 0;
+  }
 
   int trips() const { return trips_; }
   const std::string& causes() const { return causes_; }
@@ -59,7 +63,10 @@ class EscRun {
   void watch() {
     const firmware::Telemetry t = esc_.telemetry();
     const bool fault = t.state == firmware::MotorState::fault;
-    if (fault && !in_fault_) ++trips_, causes_ += static_cast<char>('0' + static_cast<int>(t.fault));
+    if (fault && !in_fault_) {
+      ++trips_;
+      causes_ += static_cast<char>('0' + static_cast<int>(t.fault));
+    }
     in_fault_ = fault;
     const bool controlled = t.state == firmware::MotorState::running || t.state == firmware::MotorState::handover;
     gap_ = controlled ? 0 : gap_ + 1;

@@ -143,7 +143,10 @@ std::vector<FaultOutcome> fly_all(const std::vector<Begun<Esc>>& from, const Fau
   std::vector<Esc*> escs;
   for (more(); !flights.empty(); more()) {
     escs.clear();
-    for (const auto& f : flights) f->renew(), escs.push_back(&f->esc());
+    for (const auto& f : flights) {
+      f->renew();
+      escs.push_back(&f->esc());
+    }
     Esc::step_current_loops(escs);
     std::erase_if(flights, [&](const auto& f) {
       if (f->watch()) return false;

@@ -61,8 +61,10 @@ class Laboratory {
         never.push_back(seed);  // its step is none
         return keep(r_.figures.steps, {seed, 0.0, 1e9, std::move(trace), "never there"}, true);
       }
-      take(worst.rise_ratio, t.rise_ratio, seed), take(worst.settle_ratio, t.settle_ratio, seed);
-      take(worst.overshoot_percent, t.overshoot_percent, seed), take(worst.steady_percent, std::abs(t.steady_percent), seed);
+      take(worst.rise_ratio, t.rise_ratio, seed);
+      take(worst.settle_ratio, t.settle_ratio, seed);
+      take(worst.overshoot_percent, t.overshoot_percent, seed);
+      take(worst.steady_percent, std::abs(t.steady_percent), seed);
       // From a twentieth of a second before the step: boot, three start times, 1.5 s at the lower speed.
       keep(r_.figures.steps, {seed, 0.02 + 3e-3 * d.start_within_ms + 1.5 - 0.05, 1e9, std::move(trace), ""}, !step_within(t));
     });
@@ -87,7 +89,11 @@ class Laboratory {
         EscRun<Esc> run = at_speed<Esc>(d, centre_rad_s);
         return closed_loop_bandwidth(run.esc(), centre_rad_s, kSine * centre_rad_s, true);
       });
-      if (b.minus_3dB_Hz < least_Hz) least_Hz = b.minus_3dB_Hz, at = seed, r_.figures.gains = b.points;
+      if (b.minus_3dB_Hz < least_Hz) {
+        least_Hz = b.minus_3dB_Hz;
+        at = seed;
+        r_.figures.gains = b.points;
+      }
     });
     add({Battery::chirp, "-3 dB of small sines, lowest", "Hz", least_Hz, kLeastBandwidth_Hz, true,
          fmt::format("± 1.1 % around half of the highest speed; seed {} of {} draws", at, draws)});
@@ -107,7 +113,8 @@ class Laboratory {
       if (t.longest_gap_ms > kLongestGap_ms) gaps.push_back(seed);
       if (t.latched) latched.push_back(seed);
       if (t.trips > 0) tripped.push_back(seed);
-      slowest_ms = std::max(slowest_ms, t.start_ms > 1e8 ? 0.0 : t.start_ms), peak_A = std::max(peak_A, t.start_peak_A);
+      slowest_ms = std::max(slowest_ms, t.start_ms > 1e8 ? 0.0 : t.start_ms);
+      peak_A = std::max(peak_A, t.start_peak_A);
       keep(r_.figures.starts, {seed, 0.0, 1e9, std::move(trace), ""},
            !started_in_time(t) || t.trips > 0 || t.longest_gap_ms > kLongestGap_ms || t.latched);
     });
@@ -152,7 +159,10 @@ class Laboratory {
         return sag_percent(run.esc(), d.load_N_m_s2, d.bus_V, 3.5 * d.cells,
                            [&](double ms) { trace.add(run.esc(), run.esc().board().bridge, 1e-3 * ms, aim_rad_s); });
       });
-      if (!(deviation <= worst)) worst = deviation, at = seed;
+      if (!(deviation <= worst)) {
+        worst = deviation;
+        at = seed;
+      }
       if (seed == s_.seed) r_.figures.sags.push_back({seed, 0.0, 1e9, std::move(trace), ""});
     });
     add({Battery::sag, "speed while the supply falls from 4.2 to 3.5 V per cell in 1 s", "%", worst, kMostSag_percent, false,
@@ -192,7 +202,8 @@ class Laboratory {
     FaultSettings f{.from = 1 + (s_.seed - 1) * s_.schedules, .count = s_.schedules};
     f.each = [&](const FaultOutcome& o) {
       tell(Battery::fault, ++done, s_.schedules);
-      stale_ms = std::max(stale_ms, o.driven_stale_ms), blind_ms = std::max(blind_ms, o.blind_running_ms);
+      stale_ms = std::max(stale_ms, o.driven_stale_ms);
+      blind_ms = std::max(blind_ms, o.blind_running_ms);
       if (o.dead_without_reason) dead.push_back(o.number);
       if (o.latched_without_fault) latched.push_back(o.number);
       count(counts, o);
@@ -258,7 +269,10 @@ class Laboratory {
       const auto end = rest.find(" + ");
       LabFigures::FaultCount& c = counts[std::string(rest.substr(0, end))];
       c.kind = rest.substr(0, end);
-      ++c.flown, c.tripped += o.tripped, c.latched += o.latched, c.failed += !fault_handled(o);
+      ++c.flown;
+      c.tripped += o.tripped;
+      c.latched += o.latched;
+      c.failed += !fault_handled(o);
       rest = end == std::string_view::npos ? "" : rest.substr(end + 3);
     }
   }
@@ -276,8 +290,11 @@ bool LabResult::met() const {
 
 LabResult run_lab(const Subject& subject, const LabSettings& settings) {
   LabResult r;
-  r.name = subject.name, r.facts = subject.facts;
-  r.seed = settings.seed, r.draws = settings.draws, r.schedules = settings.schedules;
+  r.name = subject.name;
+  r.facts = subject.facts;
+  r.seed = settings.seed;
+  r.draws = settings.draws;
+  r.schedules = settings.schedules;
   Laboratory lab(subject, settings, r);
   using Run = void (Laboratory::*)();
   constexpr std::array<Run, kBatteryNames.size()> kRuns = {&Laboratory::step,          &Laboratory::chirp, &Laboratory::start,

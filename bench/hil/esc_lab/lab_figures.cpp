@@ -78,7 +78,8 @@ std::string traced_html(const Traced& f, const std::string& caption) {
   render::Timeline what;
   what.title = "state, limits and faults";
   what.x_label = "time, s";
-  what.x_min = x_min, what.x_max = x_max;
+  what.x_min = x_min;
+  what.x_max = x_max;
   rows_of(
       what, t, x, t.state,
       [](int c) { return c < static_cast<int>(kStateNames.size()) ? std::string(kStateNames[static_cast<std::size_t>(c)]) : ""; }, kState);
@@ -128,10 +129,15 @@ render::Section gain_section(const std::vector<GainPoint>& gains) {
       "True speed over the speed asked for, ± 1.1 % around half of the highest speed, of the draw with the lowest -3 dB."});
   render::Plot p;
   p.title = "gain of the closed loop";
-  p.x_label = "frequency, Hz", p.y_label = "gain";
-  p.log_x = true, p.y_min = 0.0;
+  p.x_label = "frequency, Hz";
+  p.y_label = "gain";
+  p.log_x = true;
+  p.y_min = 0.0;
   render::Series series{"gain", {}, {}, kSpeed};
-  for (const GainPoint& g : gains) series.x.push_back(g.frequency_Hz), series.y.push_back(g.gain);
+  for (const GainPoint& g : gains) {
+    series.x.push_back(g.frequency_Hz);
+    series.y.push_back(g.gain);
+  }
   p.series.push_back(std::move(series));
   p.marks.push_back({kMinus3dB, "−3 dB"});
   s.blocks.push_back(render::Markup{render::figure_html("", plot_svg(p))});
@@ -149,7 +155,10 @@ render::Section commission_section(const std::vector<LabFigures::Quantity>& quan
     render::Bar bar;
     bar.label = fmt::format("{} (limit {:.3g}{}{})", q.name, q.limit, q.unit.empty() ? "" : " ", q.unit);
     bar.colour = kSpeed;
-    for (const double e : q.errors) bar.points.push_back(e / q.limit), bar.value += e / q.limit / static_cast<double>(q.errors.size());
+    for (const double e : q.errors) {
+      bar.points.push_back(e / q.limit);
+      bar.value += e / q.limit / static_cast<double>(q.errors.size());
+    }
     chart.bars.push_back(std::move(bar));
   }
   chart.limit = 1.0;

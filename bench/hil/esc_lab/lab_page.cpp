@@ -94,7 +94,9 @@ std::string lab_json(const LabResult& r, const std::string& version) {
   j["errors"] = o.errors;
   j["name"] = r.name;
   for (const auto& [key, value] : r.facts) j["facts"][key] = value;
-  j["seed"] = r.seed, j["draws"] = r.draws, j["schedules"] = r.schedules;
+  j["seed"] = r.seed;
+  j["draws"] = r.draws;
+  j["schedules"] = r.schedules;
   j["rows"] = nlohmann::ordered_json::array();
   for (const LabRow& row : r.rows) {
     nlohmann::ordered_json one;
@@ -104,7 +106,11 @@ std::string lab_json(const LabResult& r, const std::string& version) {
       one["value"] = row.value;
     else
       one["value"] = nullptr;  // never, or no number
-    one["unit"] = row.unit, one["limit"] = row.limit, one["at_least"] = row.at_least, one["met"] = row.met(), one["note"] = row.note;
+    one["unit"] = row.unit;
+    one["limit"] = row.limit;
+    one["at_least"] = row.at_least;
+    one["met"] = row.met();
+    one["note"] = row.note;
     j["rows"].push_back(std::move(one));
   }
   return j.dump(2) + "\n";

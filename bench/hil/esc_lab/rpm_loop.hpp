@@ -42,7 +42,9 @@ inline StepResult measure_step(NativeEscConfig c, double from_rpm, double to_rpm
     r.peak_current_A = std::max(r.peak_current_A, std::fabs(esc.drive().motor().state().i_q_A));
     if (esc.telemetry().limiter != firmware::Limiter::none) r.limiters.insert(esc.telemetry().limiter);
   });
-  r.rise_ms = meter.rise_ms(), r.settle_ms = meter.settle_ms(), r.overshoot_percent = meter.overshoot_percent();
+  r.rise_ms = meter.rise_ms();
+  r.settle_ms = meter.settle_ms();
+  r.overshoot_percent = meter.overshoot_percent();
   return r;
 }
 
@@ -66,7 +68,9 @@ inline SteadyResult measure_steady(NativeEscConfig c, double rpm, const Change& 
   int n = 0;
   run_ms(esc, 500.0, [&](double) {
     const double e = 100.0 * (esc.omega_rad_s() / kRpm / rpm - 1.0);
-    sum += e, sum2 += e * e, ++n;
+    sum += e;
+    sum2 += e * e;
+    ++n;
   });
   return {sum / n, std::sqrt(sum2 / n)};
 }
@@ -142,7 +146,8 @@ inline FastResult measure_fast(NativeEscConfig c, double electrical_krpm, const 
     esc.step_current_loop();
     const auto& o = esc.motor().variables().observer;
     const double error = 100.0 * (static_cast<double>(o.speed_e_rad_s) / (7.0 * truth.omega_rad_s) - 1.0);
-    sum += error, ++n;
+    sum += error;
+    ++n;
     r.worst_error_percent = std::max(r.worst_error_percent, std::fabs(error));
     const double angle = std::remainder(static_cast<double>(o.angle.rad()) - std::atan2(truth.sin_e, truth.cos_e), 2.0 * std::numbers::pi);
     r.worst_angle_rad = std::max(r.worst_angle_rad, std::fabs(angle));

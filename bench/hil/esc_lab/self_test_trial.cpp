@@ -57,7 +57,9 @@ SelfTestOutcome run_on(const EscDraw& d, const SelfTestConditions& conditions) {
     if (begun < 0) from_rad = state.angle_rad;
     if (begun < 0 && esc.board().bridge) begun = k;
     const firmware::Telemetry t = esc.telemetry();
-    o.result = t.self_test.result, o.broken = t.self_test.broken, o.leg = t.self_test.leg;
+    o.result = t.self_test.result;
+    o.broken = t.self_test.broken;
+    o.leg = t.self_test.leg;
     o.ms = begun < 0 ? 0.0 : (k + 1 - begun) / static_cast<double>(kPeriodsPerMs);
     if (o.result != SelfTest::due) break;
   }

@@ -20,7 +20,10 @@ void start(EscRun<Esc>& run, const EscDraw& d, EscTrial& t) {
   run.order(speed(target));
   const double allowed_ms = 3.0 * d.start_within_ms;
   run.run_ms(allowed_ms, [&](double ms) {
-    if (t.start_ms > 1e8 && run.omega() >= 0.98 * goal) t.start_ms = ms, t.start_peak_A = run.peak_A();
+    if (t.start_ms > 1e8 && run.omega() >= 0.98 * goal) {
+      t.start_ms = ms;
+      t.start_peak_A = run.peak_A();
+    }
   });
   t.start_trips = run.trips();
   t.start_peak_A = t.start_ms > 1e8 ? run.peak_A() : t.start_peak_A;
@@ -63,9 +66,14 @@ void step(EscRun<Esc>& run, const EscDraw& d, EscTrial& t) {
   const double for_ms = std::max(400.0, 8.0 * best.reach_ms);
   run.run_ms(for_ms, [&](double ms) {
     meter.add(ms, run.omega());
-    if (ms > for_ms - 200.0) sum += 100.0 * (run.omega() / to - 1.0), ++count;
+    if (ms > for_ms - 200.0) {
+      sum += 100.0 * (run.omega() / to - 1.0);
+      ++count;
+    }
   });
-  t.rise_ms = meter.rise_ms(), t.settle_ms = meter.settle_ms(), t.overshoot_percent = meter.overshoot_percent();
+  t.rise_ms = meter.rise_ms();
+  t.settle_ms = meter.settle_ms();
+  t.overshoot_percent = meter.overshoot_percent();
   t.rise_ratio = t.rise_ms / best.rise_ms;
   t.settle_ratio = t.settle_ms / best.reach_ms;
   t.steady_percent = sum / std::max(count, 1);

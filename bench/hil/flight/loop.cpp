@@ -315,7 +315,9 @@ sim::EmulatedCounters Loop::emulated() const {
     const auto* e = std::get_if<Emulated>(&any);
     if (e == nullptr) continue;
     const sim::EmulatedCounters c = e->chip.counters();
-    sum.instructions += c.instructions, sum.resets += c.resets, sum.both_gates += c.both_gates;
+    sum.instructions += c.instructions;
+    sum.resets += c.resets;
+    sum.both_gates += c.both_gates;
   }
   return sum;
 }

@@ -70,7 +70,8 @@ VehicleFigures vehicle_figures(const sim::PlantFile& plant, const sim::SharedRot
   VehicleFigures f;
   f.kv_rpm_V = sim::speed_constant_rpm_V(plant.rotors[0].motor);
   f.phase_limit_A = plant.esc.phase_current_limit_A;
-  f.empty_V = kEmptyCell_V * plant.battery.cells, f.full_V = kFullCell_V * plant.battery.cells;
+  f.empty_V = kEmptyCell_V * plant.battery.cells;
+  f.full_V = kFullCell_V * plant.battery.cells;
   f.stage_V = plant.esc.stage->most_bus_V;
   const double esc_rad_s = highest_esc_speed_rad_s(plant.rotors[0].motor, plant.battery.cells);
   f.esc_max_rpm = esc_rad_s / kRad_s;

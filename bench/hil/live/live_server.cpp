@@ -86,7 +86,8 @@ struct LiveServer::Impl {
 
 LiveServer::LiveServer(const LiveServerConfig& config, Order order) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
-  s.page = config.page, s.script = config.script;
+  s.page = config.page;
+  s.script = config.script;
   s.order = std::move(order);
   s.server.new_task_queue = [] { return new httplib::ThreadPool(kMostViewers + 4); };
   s.server.set_payload_max_length(4096);

@@ -61,7 +61,8 @@ void name_bounds(const GeometryResult& g, std::vector<std::string>& remarks) {
 BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& given, const std::string& title) {
   PropellerInputs inputs = given;
   BladeFit out;
-  out.title = title, out.remarks = files.remarks;
+  out.title = title;
+  out.remarks = files.remarks;
   out.section = section_by_rule(files, inputs);
   // Once for all geometries: making polars takes a minute.
   for (const std::string& name : {out.section.inner, out.section.outer})
@@ -70,7 +71,10 @@ BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& given
   const PropellerGeometry& first = files.geometries.front().geometry;
   for (const NamedGeometry& g : files.geometries)
     if (g.geometry.inertia_kg_m2) out.inertia_kg_m2 = *g.geometry.inertia_kg_m2;
-  if (out.inertia_kg_m2 == 0.0) out.inertia_kg_m2 = solid_inertia_kg_m2(first), out.inertia_estimated = true;
+  if (out.inertia_kg_m2 == 0.0) {
+    out.inertia_kg_m2 = solid_inertia_kg_m2(first);
+    out.inertia_estimated = true;
+  }
   // The maker's own predictions are a model's: nothing is fitted to them, and they are scored beside the rest.
   const bool measured = !files.sets.empty() && files.sets.front().label == "static" && files.sets.front().rows.size() >= kFewestRows;
   if (!measured) {
@@ -79,7 +83,11 @@ BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& given
     return out;
   }
   MeasuredPropeller p;
-  p.entry.title = title, p.entry.diameter_m = files.diameter_m, p.entry.blades = first.blades, p.entry.judged = true,
+  p.entry.title = title;
+  p.entry.diameter_m = files.diameter_m;
+  p.entry.blades = first.blades;
+  p.entry.judged = true;
+
   p.entry.section = out.section;
   p.sets = files.sets;
   p.sets.front().fitted = true;
@@ -91,7 +99,8 @@ BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& given
   out.best = static_cast<std::size_t>(
       std::min_element(geometries.begin(), geometries.end(), [](const auto& a, const auto& b) { return a.fit.rms < b.fit.rms; }) -
       geometries.begin());
-  out.blade = geometries[out.best].fitted_blade, out.fitted = true;
+  out.blade = geometries[out.best].fitted_blade;
+  out.fitted = true;
   out.misses = misses_of(geometries[out.best]);
   name_bounds(geometries[out.best], out.remarks);
   out.blade.blade_inertia_kg_m2 = out.inertia_kg_m2;

@@ -84,7 +84,9 @@ PropellerGeometry read_sections(const TextFile& f, PropellerFiles& files) {
     return of[key][0];
   };
   PropellerGeometry g;
-  g.blades = static_cast<int>(one("nblades")), g.radius_m = 0.5 * one("diameter"), g.hub_radius_m = one("radius_hub");
+  g.blades = static_cast<int>(one("nblades"));
+  g.radius_m = 0.5 * one("diameter");
+  g.hub_radius_m = one("radius_hub");
   const auto &r = of["radius"], &chord = of["chord"], &pitch = of["pitch"];
   if (r.size() < 5 || chord.size() != r.size() || pitch.size() != r.size())
     f.fail(1,
@@ -115,7 +117,10 @@ Spanwise read_spanwise(const fs::path& path) {
   Spanwise d;
   for (std::size_t i = 1; i < f.lines.size(); ++i) {
     double x = 0.0, y = 0.0;
-    if (std::sscanf(f.lines[i].text.c_str(), "%lf,%lf", &x, &y) == 2) d.x.push_back(x), d.y.push_back(y);
+    if (std::sscanf(f.lines[i].text.c_str(), "%lf,%lf", &x, &y) == 2) {
+      d.x.push_back(x);
+      d.y.push_back(y);
+    }
   }
   if (d.x.size() < 5) f.fail(1, "fewer than five rows r/R,value", "the file was cut off", "get the whole file");
   return d;
@@ -224,7 +229,10 @@ void add_static(PropellerFiles& files, MeasuredSet set, const std::string& file)
     return;
   }
   std::string other = file;
-  if (set.rows.size() > rows.size()) std::swap(set, files.sets.front()), std::swap(other, files.static_file);
+  if (set.rows.size() > rows.size()) {
+    std::swap(set, files.sets.front());
+    std::swap(other, files.static_file);
+  }
   files.remarks.push_back(
       fmt::format("{} overlaps {} in speed, another run or specimen: kept apart, not fitted", other, files.static_file));
   set.label = "static, " + other;

@@ -60,7 +60,10 @@ SectionPolars SectionMaker::stand_in(const SectionShape& s) const {
     if (f.path().extension() != ".toml" || !name.starts_with("naca") || !naca_digits(name)) continue;
     const SectionShape other = naca_section(*naca_digits(name));
     const double distance = std::hypot(other.thickness_percent - s.thickness_percent, other.camber_percent - s.camber_percent);
-    if (distance < least || (distance == least && f.path() < best)) least = distance, best = f.path();
+    if (distance < least || (distance == least && f.path() < best)) {
+      least = distance;
+      best = f.path();
+    }
   }
   if (best.empty())
     throw Error({"section " + s.label,

@@ -22,7 +22,9 @@ struct Loop {
   std::vector<int> line;
   void add(double px, double py, int number) {
     if (!x.empty() && x.back() == px && y.back() == py) return;  // both sides of a Lednicer file begin at the leading edge
-    x.push_back(px), y.push_back(py), line.push_back(number);
+    x.push_back(px);
+    y.push_back(py);
+    line.push_back(number);
   }
 };
 
@@ -65,7 +67,10 @@ void to_unit_chord(const TextFile& file, Loop& loop) {
               "the points do not begin and end at the trailing edge",
               "order them from the trailing edge over the upper side to the leading edge and back below");
   for (std::size_t i = 0; i < loop.x.size(); ++i)
-    if (const double d = std::hypot(loop.x[i] - tx, loop.y[i] - ty); d > most) most = d, nose = i;
+    if (const double d = std::hypot(loop.x[i] - tx, loop.y[i] - ty); d > most) {
+      most = d;
+      nose = i;
+    }
   if (most < 0.5)
     file.fail(loop.line.front(), fmt::format("the chord is {:.3f}, expected about 1", most),
               "the points do not begin and end at the trailing edge",
@@ -73,7 +78,8 @@ void to_unit_chord(const TextFile& file, Loop& loop) {
   const double lx = loop.x[nose], ly = loop.y[nose], c = (tx - lx) / (most * most), s = (ty - ly) / (most * most);
   for (std::size_t i = 0; i < loop.x.size(); ++i) {
     const double dx = loop.x[i] - lx, dy = loop.y[i] - ly;
-    loop.x[i] = c * dx + s * dy, loop.y[i] = c * dy - s * dx;
+    loop.x[i] = c * dx + s * dy;
+    loop.y[i] = c * dy - s * dx;
   }
 }
 
@@ -116,7 +122,8 @@ std::optional<std::string> naca_digits(const std::string& text) {
 
 SectionShape naca_section(const std::string& digits) {
   SectionShape s;
-  s.label = "NACA " + digits, s.naca = digits;
+  s.label = "NACA " + digits;
+  s.naca = digits;
   s.thickness_percent = std::stod(digits.substr(digits.size() - 2));
   s.camber_percent = digits.size() == 4 ? digits[0] - '0' : 1.8;  // 210 to 250 have 1.1 to 2.3 %
   return s;
@@ -135,14 +142,18 @@ SectionShape read_section_file(const TextFile& file) {
   to_unit_chord(file, loop);
   double area = 0.0;
   for (std::size_t i = 0, n = loop.x.size(); i < n; ++i) area += 0.5 * (loop.x[i] * loop.y[(i + 1) % n] - loop.x[(i + 1) % n] * loop.y[i]);
-  if (area < 0.0) std::reverse(loop.x.begin(), loop.x.end()), std::reverse(loop.y.begin(), loop.y.end());
+  if (area < 0.0) {
+    std::reverse(loop.x.begin(), loop.x.end());
+    std::reverse(loop.y.begin(), loop.y.end());
+  }
   SectionShape s;
   s.label = file.lines.front().text;
   s.label.erase(0, s.label.find_first_not_of(" \t"));
   s.label.erase(s.label.find_last_not_of(" \t\r") + 1);
   std::erase_if(s.label, [](char c) { return c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20; });
   if (s.label.empty()) s.label = file.name.stem().string();
-  s.x = std::move(loop.x), s.y = std::move(loop.y);
+  s.x = std::move(loop.x);
+  s.y = std::move(loop.y);
   measure(s);
   if (s.thickness_percent < kThinnest_percent || s.thickness_percent > kThickest_percent)
     file.fail(rows[0]->number,

@@ -69,9 +69,14 @@ SectionPolar branch_around_zero(const XfoilPoints& points) {
   while (low != grid.begin() && follows(low[-1], *low)) --low;
   for (int a = *low; a <= *high; a += kStep_mdeg) {
     const XfoilPoint c = at(points, a);
-    p.alpha_deg.push_back(1e-3 * a), p.cl.push_back(c.cl), p.cd.push_back(c.cd);
+    p.alpha_deg.push_back(1e-3 * a);
+    p.cl.push_back(c.cl);
+    p.cd.push_back(c.cd);
   }
-  for (int i = 0; i < kPasses; ++i) smooth(p.cl), smooth(p.cd);
+  for (int i = 0; i < kPasses; ++i) {
+    smooth(p.cl);
+    smooth(p.cd);
+  }
   return p;
 }
 
@@ -82,9 +87,11 @@ SectionResult polars_of_sweeps(const std::string& label, const std::string& vers
   for (std::size_t i = 0; i < s.reynolds.size(); ++i) {
     Branch b = sweep_both_ways(sweep, s, s.reynolds[i]);
     const std::string at = fmt::format("Re {:.0f}", s.reynolds[i]);
-    if (b.hung)
-      out.hung = true, out.remarks.push_back(fmt::format("{}: a sweep ended at its time limit, {} s; what had converged is used", at,
-                                                         number_text(s.time_limit_s)));
+    if (b.hung) {
+      out.hung = true;
+      out.remarks.push_back(
+          fmt::format("{}: a sweep ended at its time limit, {} s; what had converged is used", at, number_text(s.time_limit_s)));
+    }
     const auto& a = b.polar.alpha_deg;
     const std::string covers =
         a.empty() ? "nothing converged"
@@ -95,7 +102,9 @@ SectionResult polars_of_sweeps(const std::string& label, const std::string& vers
                                         number_text(kLeastCovered_deg[1])));
       continue;
     }
-    b.polar.airfoil = label, b.polar.reynolds = s.reynolds[i], b.polar.n_crit = s.n_crit;
+    b.polar.airfoil = label;
+    b.polar.reynolds = s.reynolds[i];
+    b.polar.n_crit = s.n_crit;
     polars.push_back(std::move(b.polar));
   }
   if (polars.empty())

@@ -77,7 +77,10 @@ std::string disk_section_html(const sim::Rotor& rotor, const sim::RotorCondition
   const auto [least, most] = std::minmax_element(alpha.values.begin(), alpha.values.end());
   alpha.low = std::max(*least, kAlphaLow_deg);
   alpha.high = std::min(*most, kAlphaHigh_deg);
-  if (!(*alpha.low < *alpha.high)) alpha.low = kAlphaLow_deg, alpha.high = kAlphaHigh_deg;
+  if (!(*alpha.low < *alpha.high)) {
+    alpha.low = kAlphaLow_deg;
+    alpha.high = kAlphaHigh_deg;
+  }
   const DiskQuantity through_m_s = [](const sim::DiskCell& c) { return c.through_m_s; };
   render::DiskMap through = map("speed through the disk, m/s", through_m_s);
   trim_scale(through, disk, through_m_s, kTrimmedArea);

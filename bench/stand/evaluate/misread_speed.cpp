@@ -38,7 +38,8 @@ std::vector<Stray> strays(const StandRecord& r, double StandPoint::*value, doubl
   for (std::size_t i = 0; i < r.points.size(); ++i) {
     const double w = r.points[i].omega_rad_s[0], v = r.points[i].*value - zero;
     if (!(w > 0.0) || !(std::abs(v) > share * largest) || r.points[i].airspeed_m_s > kWithoutWind_m_s) continue;
-    x[i] = std::log(w), y[i] = std::log(std::abs(v) / (w * w));
+    x[i] = std::log(w);
+    y[i] = std::log(std::abs(v) / (w * w));
     use.push_back(i);
   }
   if (use.size() < kFewestPoints) return out;

@@ -27,7 +27,10 @@ RestPoints::RestPoints(const StandRecord& record) : rotors_(record.rotors) {
     if (p.current_A == p.current_A && shows_no_speed(p)) low_A = std::min(low_A, p.current_A);
   }
   // A current that is the same in all rows was not measured.
-  if (high_A > low_A && std::isfinite(low_A)) rest_A_ = low_A, loaded_A_ = std::max(kLoadedCurrent * (high_A - low_A), kLeastCurrent_A);
+  if (high_A > low_A && std::isfinite(low_A)) {
+    rest_A_ = low_A;
+    loaded_A_ = std::max(kLoadedCurrent * (high_A - low_A), kLeastCurrent_A);
+  }
   double least_N = kNotMeasured;
   for (const StandPoint& p : record.points)
     if (shows_no_speed(p) && !draws_current(p) && p.thrust_N == p.thrust_N && !(std::abs(p.thrust_N) >= std::abs(least_N)))

@@ -84,7 +84,10 @@ void check_rotors_agree(CheckedStand& s) {
   std::size_t reference = 0;
   double least = 1e300;
   for (std::size_t k = 0; k < r.rotors; ++k)
-    if (const double scatter = scatter_on_command(r, k); scatter < least) least = scatter, reference = k;
+    if (const double scatter = scatter_on_command(r, k); scatter < least) {
+      least = scatter;
+      reference = k;
+    }
   std::vector<bool> bad(r.rotors, false);
   for (std::size_t k = 0; k < r.rotors; ++k) {
     std::size_t twice = 0, wrong = 0, zero = 0, all = 0;
@@ -128,8 +131,15 @@ void take_rest(CheckedStand& s) {
   StandRecord& r = s.record;
   double n = 0.0, thrust = 0.0, torque = 0.0;
   for (const auto& p : r.points)
-    if (!any_turns(r, p)) n += 1.0, thrust += p.thrust_N, torque += p.torque_N_m;
-  if (n >= (r.means ? 1.0 : 3.0)) s.rest_thrust_N = thrust / n, s.rest_torque_N_m = torque / n;
+    if (!any_turns(r, p)) {
+      n += 1.0;
+      thrust += p.thrust_N;
+      torque += p.torque_N_m;
+    }
+  if (n >= (r.means ? 1.0 : 3.0)) {
+    s.rest_thrust_N = thrust / n;
+    s.rest_torque_N_m = torque / n;
+  }
   std::erase_if(r.points, [&](const StandPoint& p) { return !any_turns(r, p); });
 }
 

@@ -35,7 +35,11 @@ std::optional<SpeedByVoltage> speed_by_voltage(const StandDiagnosis& all, const 
     const auto& f = all.files[i];
     if (suspect[i] || f.motor != odd.motor || !f.full_speed_per_volt) continue;
     const double x = *f.full_current_per_volt, y = *f.full_speed_per_volt;
-    n += 1.0, sx += x, sy += y, sxx += x * x, sxy += x * y;
+    n += 1.0;
+    sx += x;
+    sy += y;
+    sxx += x * x;
+    sxy += x * y;
     others.emplace_back(x, y);
   }
   if (others.size() < 4) return std::nullopt;

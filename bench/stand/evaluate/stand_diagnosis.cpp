@@ -147,8 +147,11 @@ std::optional<StandChannelFit> fit_channel(const StandRecord& r, bool thrust, co
   f.unit = thrust ? "N" : "N m";
   const BlockFit plain = fit_in_blocks(d.w2, d.y, d.block);
   f.coefficient = {thrust ? "c_t" : "c_q", thrust ? "N s^2" : "N m s^2", plain.c(0), plain.u(0)};
-  f.rms = plain.rms, f.r2 = plain.r2, f.largest = d.y.cwiseAbs().maxCoeff();
-  f.points = d.block.size(), f.runs = static_cast<std::size_t>(*std::max_element(d.run.begin(), d.run.end()) + 1);
+  f.rms = plain.rms;
+  f.r2 = plain.r2;
+  f.largest = d.y.cwiseAbs().maxCoeff();
+  f.points = d.block.size();
+  f.runs = static_cast<std::size_t>(*std::max_element(d.run.begin(), d.run.end()) + 1);
   const Eigen::VectorXd held_out_plain = left_out_errors(d.w2, d.y, d.run);
   std::vector<BlockFit> fits;
   std::vector<Eigen::VectorXd> errors;
@@ -159,13 +162,15 @@ std::optional<StandChannelFit> fit_channel(const StandRecord& r, bool thrust, co
     X << d.w2, extra;
     const BlockFit with = fit_in_blocks(X, d.y, d.block);
     StandCandidate c;
-    c.id = term.id, c.law = term.law;
+    c.id = term.id;
+    c.law = term.law;
     for (Eigen::Index k = 0; k < extra.cols(); ++k)
       c.parameters.push_back({term.parameters[static_cast<std::size_t>(k)], term.unit, with.c(1 + k), with.u(1 + k)});
     c.z = joint_z(with, extra.cols());
     c.rms = with.rms;
     const Eigen::VectorXd held_out = left_out_errors(X, d.y, d.run);
-    c.held_out_rms_before = rms_of(held_out_plain), c.held_out_rms = rms_of(held_out);
+    c.held_out_rms_before = rms_of(held_out_plain);
+    c.held_out_rms = rms_of(held_out);
     c.held_out_fall = rms_reduction(held_out_plain, held_out, d.block, o.seed);
     c.of_the_rotor = term.of_the_rotor;
     if (c.z < o.least_z)
@@ -208,7 +213,9 @@ void take_full_command(StandFileDiagnosis& d, const StandRecord& r) {
 StandFileDiagnosis diagnose_stand(StandRecord record, const StandDiagnosisOptions& o) {
   CheckedStand s = check_stand(std::move(record));
   StandFileDiagnosis d;
-  d.name = s.record.name, d.motor = s.record.motor, d.propeller = s.record.propeller;
+  d.name = s.record.name;
+  d.motor = s.record.motor;
+  d.propeller = s.record.propeller;
   d.faults = s.faults;
   d.notes = s.record.notes;
   d.notes.insert(d.notes.end(), s.notes.begin(), s.notes.end());

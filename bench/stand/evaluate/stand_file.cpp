@@ -75,7 +75,11 @@ void read_on_after_restarts(std::vector<StandPoint>& points, StandRecord& r) {
   std::size_t restarts = 0, row = 0;
   for (StandPoint& p : points) {
     if (p.t_s != p.t_s) continue;
-    if (p.t_s + before < latest - kBeforeIsRestart_s) before = latest + 1.0 - p.t_s, ++restarts, row = p.row;
+    if (p.t_s + before < latest - kBeforeIsRestart_s) {
+      before = latest + 1.0 - p.t_s;
+      ++restarts;
+      row = p.row;
+    }
     p.t_s += before;
     latest = std::max(p.t_s, latest == latest ? latest : p.t_s);
   }
@@ -124,7 +128,10 @@ std::vector<StandPoint> means_of(const StandMapping& m, const std::vector<StandP
     const auto mean = [&](const auto& value) {
       double sum = 0.0, n = 0.0;
       for (std::size_t i = first; i < last; ++i)
-        if (const double v = value(rows[i]); v == v) sum += v, n += 1.0;
+        if (const double v = value(rows[i]); v == v) {
+          sum += v;
+          n += 1.0;
+        }
       return n > 0.0 ? sum / n : kNotMeasured;
     };
     StandPoint p;
@@ -163,7 +170,8 @@ StandRecord record_of(const log::ColumnTable& file, const log::ColumnTable* join
   r.propeller = part_of(path.stem().string(), m.propeller_in_name);
   r.rotors = chosen.at(StandQuantity::rotor_speed)->columns.size();
   r.diameter_m = m.diameter_m.value_or(kNotMeasured);
-  r.air_density_kg_m3 = m.air_density_kg_m3, r.density_given = m.density_given;
+  r.air_density_kg_m3 = m.air_density_kg_m3;
+  r.density_given = m.density_given;
   r.rows = file.rows;
   r.notes = file.notes;
   r.points = rows_of(m, chosen, file);
@@ -197,7 +205,10 @@ StandRecord read_stand_file(const std::filesystem::path& path, const StandMappin
   std::set<std::string> wanted, wanted_joined;
   for (const auto& c : m.channels) (c.joined ? wanted_joined : wanted).insert(c.columns.begin(), c.columns.end());
   if (m.time_column) wanted.insert(*m.time_column);
-  if (m.join) wanted.insert(m.join->to), wanted_joined.insert(m.join->key);
+  if (m.join) {
+    wanted.insert(m.join->to);
+    wanted_joined.insert(m.join->key);
+  }
   const log::ColumnTable file = log::read_csv_table(path, wanted, {.separator = m.separator, .header = m.header});
   for (const auto& needed : {m.time_column, m.join ? std::optional(m.join->to) : std::nullopt})
     if (needed && !file.has(*needed))

@@ -28,7 +28,10 @@ StandChannel read_channel(const TomlTable& t, bool has_join) {
   const std::string word = t.choice("quantity", {"rotor_speed", "thrust", "torque", "voltage", "current", "airspeed", "command"});
   std::string_view si;
   for (const auto& q : kQuantities)
-    if (q.name == word) c.quantity = q.quantity, si = q.si;
+    if (q.name == word) {
+      c.quantity = q.quantity;
+      si = q.si;
+    }
   c.columns = t.texts("columns");
   const std::size_t most = c.quantity == StandQuantity::rotor_speed ? 4 : 1;
   if (c.columns.empty() || c.columns.size() > most)

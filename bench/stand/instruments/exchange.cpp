@@ -68,7 +68,8 @@ Failure Exchanger::pass_over_line_bytes(const ExchangeTiming& timing, std::int64
   for (int i = 0; i < kMostBytes; ++i) {
     if (const Failure f = collect(1, timing, deadline_ns); f != Failure::none) return f;
     if (buffer_[0] != 0x00 && buffer_[0] != 0xFF) break;
-    drop(1), ++stray_bytes_;
+    drop(1);
+    ++stray_bytes_;
   }
   return Failure::none;
 }

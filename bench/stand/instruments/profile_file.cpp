@@ -129,7 +129,10 @@ std::size_t channel_index(const TomlTable& t, std::string_view key, const Profil
   std::size_t found = p.channels.size(), times = 0;
   for (std::size_t i = 0; i < p.channels.size(); ++i) {
     names.push_back(p.channels[i].name);
-    if (p.channels[i].name == wanted) found = i, ++times;
+    if (p.channels[i].name == wanted) {
+      found = i;
+      ++times;
+    }
   }
   if (times == 1) return found;
   t.fail(

@@ -86,7 +86,9 @@ Signal sine_signal(const std::string& text, const std::string& option) {
   if (v[2] <= 0.0) throw Error({option, fmt::format("\"{}\" has a period of {} s", text, v[2]), "", "give a period above 0 s"});
   Signal s;
   put_name(s, name);
-  s.mean = v[0], s.amplitude = v[1], s.period_s = v[2];
+  s.mean = v[0];
+  s.amplitude = v[1];
+  s.period_s = v[2];
   return s;
 }
 

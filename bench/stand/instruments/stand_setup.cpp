@@ -167,7 +167,10 @@ BoundChannel read_axis(const TomlTable& t, const StandSetup& s) {
   const std::string word = t.choice("axis", {"thrust", "torque", "voltage", "current", "power", "motor_temperature", "esc_temperature",
                                              "air_temperature", "air_pressure", "air_humidity", "rotor_speed", "vibration"});
   for (const AxisTraits& k : kAxes)
-    if (k.name == word) a.axis = k.axis, si = k.si;
+    if (k.name == word) {
+      a.axis = k.axis;
+      si = k.si;
+    }
   const std::string channel = t.text("channel");
   std::vector<std::string> known;
   bool found = false;
@@ -182,7 +185,12 @@ BoundChannel read_axis(const TomlTable& t, const StandSetup& s) {
         if (full == channel && !read)
           t.fail("channel", fmt::format("{} is not among the channels that are read of {}", channel, device.name), "",
                  "add it to channels of the device");
-        if (full == channel && !found) a.bus = b, a.device = d, a.channel = c, found = true;
+        if (full == channel && !found) {
+          a.bus = b;
+          a.device = d;
+          a.channel = c;
+          found = true;
+        }
       }
     }
   if (!found)

@@ -61,8 +61,10 @@ std::optional<stand::MeasuredWinding> measure_winding(tools::ToolNode& tool, con
   if (!*phase_ohm)
     throw Error({where, "its message of the resistance did not arrive", "frames lost on the bus", "begin again"}, ExitCode::device);
   const double mean_H = value_of(report, "inductance"), ratio = value_of(report, "inductance_ratio");
-  w.phase_ohm = **phase_ohm, w.winding_ohm = value_of(report, "resistance");
-  w.inductance_d_H = 2.0 * mean_H / (1.0 + ratio), w.inductance_q_H = ratio * w.inductance_d_H;
+  w.phase_ohm = **phase_ohm;
+  w.winding_ohm = value_of(report, "resistance");
+  w.inductance_d_H = 2.0 * mean_H / (1.0 + ratio);
+  w.inductance_q_H = ratio * w.inductance_d_H;
   return w;
 }
 

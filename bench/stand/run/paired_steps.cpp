@@ -40,8 +40,10 @@ std::optional<PairedDifference> paired_difference(const std::vector<PairedStep>&
     if (blocks[i].first != 'A' || blocks[i + 1].first != 'B') continue;
     double sum = 0.0, n = 0.0;
     for (const auto& [speed, a] : blocks[i].second)
-      if (const auto b = blocks[i + 1].second.find(speed); b != blocks[i + 1].second.end() && a != 0.0)
-        sum += 1.0 - b->second / a, n += 1.0;
+      if (const auto b = blocks[i + 1].second.find(speed); b != blocks[i + 1].second.end() && a != 0.0) {
+        sum += 1.0 - b->second / a;
+        n += 1.0;
+      }
     if (n > 0.0) shares.push_back(sum / n);
   }
   if (shares.size() < 2) return std::nullopt;
@@ -53,7 +55,8 @@ std::optional<PairedDifference> paired_difference(const std::vector<PairedStep>&
   for (const double v : shares) squares += (v - out.share) * (v - out.share);
   out.u = std::sqrt(squares / (n - 1.0) / n);
   const double half = student_quantile(0.95, n - 1.0) * out.u;
-  out.low = out.share - half, out.high = out.share + half;
+  out.low = out.share - half;
+  out.high = out.share + half;
   return out;
 }
 

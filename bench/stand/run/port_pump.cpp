@@ -88,11 +88,18 @@ void PortPump::run(Session& session, TimedBus& bus, const std::function<void()>&
       readings.swap(s.readings);
       stale.swap(s.stale);
     }
-    for (StandReading& r : readings) r.sampled_ns += offset_ns, session.take(r);
+    for (StandReading& r : readings) {
+      r.sampled_ns += offset_ns;
+      session.take(r);
+    }
     for (const Shared::Stale& x : stale) session.note_stale(x.channel, x.age_ms);
-    readings.clear(), stale.clear();
+    readings.clear();
+    stale.clear();
     session.step();
-    if (bus.now_ns() >= next_ns) next_ns = bus.now_ns() + kEvery_ns, every();
+    if (bus.now_ns() >= next_ns) {
+      next_ns = bus.now_ns() + kEvery_ns;
+      every();
+    }
     bus.wait_until(bus.now_ns() + kTurn_ns);
   }
 }

@@ -112,7 +112,8 @@ std::string prediction_json(const modbus::StandSetup& s, const Plan& plan, const
                            {"power_W", l.power_W},
                            {"current_A", l.current_A},
                            {"times", l.times}});
-  j["warnings"] = p.warnings, j["exceeded"] = p.exceeded;
+  j["warnings"] = p.warnings;
+  j["exceeded"] = p.exceeded;
   return j.dump(1) + "\n";
 }
 

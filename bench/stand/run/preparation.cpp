@@ -51,7 +51,8 @@ EscFacts find_esc(tools::ToolNode& tool, const tools::EscTable& table, const mod
   const auto node = tool.nodes().find(f.node);
   if (node != tool.nodes().end() && node->second.info) {
     const auto& info = *node->second.info;
-    f.name = tools::node_name(node->second), f.unique_id = tools::unique_id_text(node->second);
+    f.name = tools::node_name(node->second);
+    f.unique_id = tools::unique_id_text(node->second);
     f.software = fmt::format("{}.{} {:08x}", info.software_major, info.software_minor, info.vcs_commit);
     if ((info.software_flags & 2u) != 0) f.image_crc = fmt::format("{:016x}", info.image_crc);
   }
@@ -70,22 +71,34 @@ EscFacts find_esc(tools::ToolNode& tool, const tools::EscTable& table, const mod
 
 stand::RunFacts facts_of(stand::RunFacts f, const EscFacts& esc, const Session& session) {
   const modbus::StandSetup& s = session.setup();
-  f.motor = identity(s.motor), f.propeller = identity(s.propeller), f.esc = identity(s.esc), f.stand = s.name;
-  f.pole_pairs = s.pole_pairs, f.diameter_m = s.diameter_m, f.uncertainty = s.uncertainty;
-  f.calibrated_on = s.calibrated_on, f.calibration_expires = s.expires_on;
+  f.motor = identity(s.motor);
+  f.propeller = identity(s.propeller);
+  f.esc = identity(s.esc);
+  f.stand = s.name;
+  f.pole_pairs = s.pole_pairs;
+  f.diameter_m = s.diameter_m;
+  f.uncertainty = s.uncertainty;
+  f.calibrated_on = s.calibrated_on;
+  f.calibration_expires = s.expires_on;
   f.sequence = fmt::format("{}", fmt::join(session.plan().names, ","));
   f.end = name(session.end());
   if (session.trip()) f.trip = text(*session.trip());
   const double temperature = session.air_mean(modbus::StandAxis::air_temperature),
                pressure = session.air_mean(modbus::StandAxis::air_pressure), humidity = session.air_mean(modbus::StandAxis::air_humidity);
-  if (std::isfinite(temperature) && std::isfinite(pressure)) f.air_temperature_degC = temperature, f.air_pressure_Pa = pressure;
+  if (std::isfinite(temperature) && std::isfinite(pressure)) {
+    f.air_temperature_degC = temperature;
+    f.air_pressure_Pa = pressure;
+  }
   if (std::isfinite(humidity)) f.air_humidity = std::clamp(0.01 * humidity, 0.0, 1.0);
   f.instruments.clear();
   for (const modbus::BoundChannel& a : s.axes) {
     const modbus::Profile& p = s.buses[a.bus].devices[a.device].profile;
     f.instruments.push_back({std::string(modbus::name(a.axis)), p.title(), p.channels[a.channel].name, p.evidence, p.source});
   }
-  f.esc_node = esc.node, f.esc_name = esc.name, f.esc_unique_id = esc.unique_id, f.esc_software = esc.software;
+  f.esc_node = esc.node;
+  f.esc_name = esc.name;
+  f.esc_unique_id = esc.unique_id;
+  f.esc_software = esc.software;
   f.esc_image_crc = esc.image_crc;
   for (const tools::NodeParameter& p : esc.parameters) f.esc_parameters.emplace_back(p.name, tools::value_text(p.value));
   return f;

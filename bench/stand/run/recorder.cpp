@@ -131,8 +131,10 @@ bool Recorder::rests() const {
   double sums[2][2]{}, n[2][2]{};
   for (std::size_t i = 0; i < recent_.size(); ++i)
     for (int k = 0; k < 2; ++k)
-      if (const double v = recent_[i].values[k == 0 ? stand::kOmegaColumn : stand::kThrustColumn]; v == v)
-        sums[k][2 * i >= recent_.size()] += v, n[k][2 * i >= recent_.size()] += 1.0;
+      if (const double v = recent_[i].values[k == 0 ? stand::kOmegaColumn : stand::kThrustColumn]; v == v) {
+        sums[k][2 * i >= recent_.size()] += v;
+        n[k][2 * i >= recent_.size()] += 1.0;
+      }
   for (int k = 0; k < 2; ++k) {
     if (n[k][0] < 5.0 || n[k][1] < 5.0) return false;
     const double a = sums[k][0] / n[k][0], b = sums[k][1] / n[k][1];
@@ -158,7 +160,8 @@ void Recorder::row(const GridRow& row, bool limited) {
   const Segment& segment = plan_.segments[at.segment];
   std::vector<double> v = row.values;
   const auto load = setup_.calibration.load_of({v[stand::kThrustColumn], v[stand::kTorqueColumn]});
-  v[stand::kThrustColumn] = load[0], v[stand::kTorqueColumn] = load[1];
+  v[stand::kThrustColumn] = load[0];
+  v[stand::kTorqueColumn] = load[1];
   if (!(at.target_rad_s > 0.0)) v[stand::kDutyColumn] = stand::kNotMeasured;  // at rest there is no voltage to speak of
   // The estimate is of the bare stand: steps with anything behind the rotor stand in steps.csv alone.
   const bool counts = at.step >= 0 && segment.configuration == 'A';
@@ -175,8 +178,11 @@ void Recorder::row(const GridRow& row, bool limited) {
   }
   const double all[] = {v[stand::kOmegaColumn], load[0], load[1]};
   if (!std::all_of(std::begin(all), std::end(all), [](double x) { return x == x; })) return;
-  open_->omega_rad_s += all[0], open_->thrust_N += all[1], open_->torque_N_m += all[2];
-  open_->voltage_V += v[stand::kVoltageColumn], open_->current_A += v[stand::kCurrentColumn];
+  open_->omega_rad_s += all[0];
+  open_->thrust_N += all[1];
+  open_->torque_N_m += all[2];
+  open_->voltage_V += v[stand::kVoltageColumn];
+  open_->current_A += v[stand::kCurrentColumn];
   open_->duration_s = seconds(row.t_ns) - open_->t_s;
   open_->limited = open_->limited || limited;
   ++open_->samples;

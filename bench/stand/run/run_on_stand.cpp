@@ -15,12 +15,15 @@ RunOnStand::RunOnStand(const modbus::StandSetup& setup, const Plan& plan, tools:
                        const RunOptions& o, bool commission, const RunObserver& observer)
     : setup_(setup), plan_(plan), tool_(tool), options_(o) {
   refuse_unsafe(setup, plan, o);
-  facts.started_utc = RunClock().started_utc(), facts.version = o.version, facts.stand_sha256 = sha256_file(setup.path);
+  facts.started_utc = RunClock().started_utc();
+  facts.version = o.version;
+  facts.stand_sha256 = sha256_file(setup.path);
   if (o.density_kg_m3) facts.air_density_kg_m3 = *o.density_kg_m3;
   if (o.airspeed_m_s != 0.0) facts.airspeed_m_s = o.airspeed_m_s;
   const int index = o.session.esc_index;
   esc_ = find_esc(tool, table, setup, index, o.listen_s);
-  options_.session.esc_pole_pairs = esc_.pole_pairs, options_.session.duty_node = esc_.duty_node();
+  options_.session.esc_pole_pairs = esc_.pole_pairs;
+  options_.session.duty_node = esc_.duty_node();
   if (!commission) return;
   const auto say = [&](const std::string& line) {
     if (observer.say) observer.say(line);
@@ -65,9 +68,14 @@ std::optional<RunSummary> run_on_ports(const modbus::StandSetup& setup, const Pl
   };
   pump.run(session, bus, [&] {
     turn();
-    if (session.turning() && !written) written = true, run.write_facts();
-    if (!session.turning() && !written && missing.empty() && tool.now_ns() - begun_ns > kFirstReadings_ns)
-      missing = session.missing(), session.ask_stop("no readings");
+    if (session.turning() && !written) {
+      written = true;
+      run.write_facts();
+    }
+    if (!session.turning() && !written && missing.empty() && tool.now_ns() - begun_ns > kFirstReadings_ns) {
+      missing = session.missing();
+      session.ask_stop("no readings");
+    }
   });
   turn();
   if (!missing.empty())

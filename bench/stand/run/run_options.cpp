@@ -67,8 +67,10 @@ void refuse_unsafe(const modbus::StandSetup& setup, const Plan& plan, const RunO
                  "calibrate again, with at least six load cases"},
                 ExitCode::data_quality);
   bool temperature = false, pressure = false;
-  for (const modbus::BoundChannel& a : setup.axes)
-    temperature |= a.axis == modbus::StandAxis::air_temperature, pressure |= a.axis == modbus::StandAxis::air_pressure;
+  for (const modbus::BoundChannel& a : setup.axes) {
+    temperature |= a.axis == modbus::StandAxis::air_temperature;
+    pressure |= a.axis == modbus::StandAxis::air_pressure;
+  }
   if (!o.density_kg_m3 && !(temperature && pressure))
     throw Error({where, "nothing on this stand measures the density of the air", "",
                  "bind air_temperature and air_pressure, or give --density: 1 % of it is 1 % of every coefficient"});

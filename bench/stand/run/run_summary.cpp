@@ -6,14 +6,17 @@ namespace rotorloop::stand_run {
 
 RunSummary summary_of(const Session& session) {
   RunSummary out;
-  out.end = session.end(), out.trip = session.trip(), out.steps = session.steps().size();
+  out.end = session.end();
+  out.trip = session.trip();
+  out.steps = session.steps().size();
   std::vector<PairedStep> thrust, torque;
   for (const StepMeans& s : session.steps()) {
     out.unsettled += !s.settled;
     thrust.push_back({s.configuration, s.wanted_rad_s, s.t_s, s.omega_rad_s, s.thrust_N});
     torque.push_back({s.configuration, s.wanted_rad_s, s.t_s, s.omega_rad_s, s.torque_N_m});
   }
-  out.thrust = paired_difference(thrust), out.torque = paired_difference(torque);
+  out.thrust = paired_difference(thrust);
+  out.torque = paired_difference(torque);
   return out;
 }
 

@@ -72,7 +72,10 @@ void add_abab(std::vector<Segment>& s, const SequenceOptions& o) {
       std::vector<Segment> part{zero(o.zero_s)};
       for (const double w : levels(o, kAbabLevels)) part.push_back(hold(w, o.hold_s));
       part.push_back(zero(o.zero_s));
-      for (Segment& p : part) p.configuration = configuration, s.push_back(p);
+      for (Segment& p : part) {
+        p.configuration = configuration;
+        s.push_back(p);
+      }
     }
 }
 
@@ -139,7 +142,8 @@ void check(const std::string& name, const SequenceOptions& o) {
 Plan make_plan(const std::vector<std::string>& names, const SequenceOptions& o) {
   if (names.empty()) throw Error({"--sequence", "no sequence", "", fmt::format("use: {}", fmt::join(kSequences, ", "))});
   Plan plan;
-  plan.names = names, plan.replay = o.replay;
+  plan.names = names;
+  plan.replay = o.replay;
   plan.segments.push_back(zero(o.zero_s));
   for (const std::string& n : names) {
     check(n, o);

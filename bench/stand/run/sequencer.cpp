@@ -45,19 +45,27 @@ double Sequencer::follow_plan(std::int64_t now, bool rests) {
   const Segment& s = segment();
   const double since = seconds(now - segment_ns_);
   double wanted = wanted_rad_s(plan_, s, since);
-  if (ceiling_ > 0.0 && wanted > ceiling_) wanted = ceiling_, limited_ = true;
+  if (ceiling_ > 0.0 && wanted > ceiling_) {
+    wanted = ceiling_;
+    limited_ = true;
+  }
   const bool is_rest = s.motion == Motion::hold || s.motion == Motion::zero;
   const double at_least_s = s.motion == Motion::zero ? 3.0 * options_.settle_s : options_.settle_s;
   if (is_rest && !measuring() && since >= at_least_s && std::abs(set_point_ - wanted) < 1e-6) {
     settled_ = rests;
-    if (settled_ || since >= at_least_s + options_.settle_most_s) measure_ns_ = now, step_ = s.measured ? steps_begun_++ : -1;
+    if (settled_ || since >= at_least_s + options_.settle_most_s) {
+      measure_ns_ = now;
+      step_ = s.measured ? steps_begun_++ : -1;
+    }
   }
   segment_over_ = is_rest ? measuring() && seconds(now - measure_ns_) >= s.duration_s : since >= s.duration_s;
   return wanted;
 }
 
 void Sequencer::next_segment(std::int64_t now) {
-  step_ = -1, measure_ns_ = -1, limited_ = false;
+  step_ = -1;
+  measure_ns_ = -1;
+  limited_ = false;
   segment_ns_ = now;
   if (segment_ + 1 < plan_.segments.size())
     ++segment_;

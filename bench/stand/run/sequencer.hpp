@@ -23,10 +23,16 @@ class Sequencer {
   // To `now`; `rests`: speed and thrust have been steady for a while.
   void advance(std::int64_t now_ns, bool rests);
   // The stand is not in the configuration of this segment: it begins when it is.
-  void wait(std::int64_t now_ns) { segment_ns_ = now_ns, measure_ns_ = -1; }
+  void wait(std::int64_t now_ns) {
+    segment_ns_ = now_ns;
+    measure_ns_ = -1;
+  }
   void hold_speed();  // a limit: nothing above the present speed from now on
   void ramp_down() { phase_ = Phase::ramping_down; }
-  void stop(std::int64_t now_ns) { phase_ = Phase::stopping, stopping_ns_ = now_ns; }  // zero at once
+  void stop(std::int64_t now_ns) {
+    phase_ = Phase::stopping;
+    stopping_ns_ = now_ns;
+  }  // zero at once
   void finish() { phase_ = Phase::done; }
 
   Phase phase() const { return phase_; }

@@ -34,7 +34,10 @@ class Watch {
   void reading(modbus::StandAxis axis, double value, const std::array<double, 2>& load, std::int64_t now_ns);
   // `set_point_rad_s`: that the rotor must follow; 0: none.
   void status(const protocols::EscStatus& status, double set_point_rad_s, std::int64_t now_ns);
-  void left_zero(std::int64_t now_ns) { left_zero_ns_ = now_ns, followed_ = false; }
+  void left_zero(std::int64_t now_ns) {
+    left_zero_ns_ = now_ns;
+    followed_ = false;
+  }
   // In a steady hold an independent speed that is another than the ESC's: pole pairs, or marks on the rotor, were counted wrong.
   void speeds(const GridRow& row, bool steady_hold);
   void stale(const std::string& channel, double age_ms, std::int64_t now_ns);

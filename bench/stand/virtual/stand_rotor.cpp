@@ -18,7 +18,11 @@ constexpr int kPeriodsOfPoll = 6, kPollsOfCoupling = 2;  // 2 kHz, as the airfra
 // A bench supply: it holds its voltage but for the leads, and takes nothing back to speak of.
 sim::BatteryParameters bench_supply(int cells) {
   sim::BatteryParameters p;
-  p.cells = cells, p.capacity_A_s = 1e9, p.resistance_ohm = 0.02, p.relaxation_ohm = 1e-6, p.initial_charge = 0.9;
+  p.cells = cells;
+  p.capacity_A_s = 1e9;
+  p.resistance_ohm = 0.02;
+  p.relaxation_ohm = 1e-6;
+  p.initial_charge = 0.9;
   return p;
 }
 
@@ -51,7 +55,8 @@ StandRotor::StandRotor(const StandRotorConfig& config, CanBus& port)
     sim::RotorWarmStart cold;
     const sim::RotorLoads loads = sim::solve_rotor(rotor, condition, cold);
     const double square = condition.omega_rad_s * condition.omega_rad_s;
-    c_t_.push_back(loads.force_R_N.z() / square), c_q_.push_back(loads.shaft_torque_N_m / square);
+    c_t_.push_back(loads.force_R_N.z() / square);
+    c_q_.push_back(loads.shaft_torque_N_m / square);
   }
   sim::NativeEscConfig e;
   e.drive = sim::drive_parameters(plant_, rotor, 0);

@@ -8,13 +8,20 @@ namespace {
 
 VirtualStandConfig config_of(const VirtualRunOptions& v, const modbus::StandSetup& setup, int esc_index) {
   VirtualStandConfig c;
-  c.rotor.plant = v.plant, c.rotor.axial_wind_m_s = v.wind_m_s, c.rotor.thrust_lost = v.strut;
-  c.rotor.esc_index = esc_index, c.rotor.pole_pairs = v.esc_pole_pairs;
+  c.rotor.plant = v.plant;
+  c.rotor.axial_wind_m_s = v.wind_m_s;
+  c.rotor.thrust_lost = v.strut;
+  c.rotor.esc_index = esc_index;
+  c.rotor.pole_pairs = v.esc_pole_pairs;
   c.rotor.seed = c.seed = v.seed;
-  c.dies = v.dies, c.dies_at_s = v.dies_at_s, c.chipped_at_s = v.chipped_at_s;
-  if (v.perfect)
-    c.properties.noise = {}, c.properties.division = {}, c.properties.creep_share = 0.0;
-  else
+  c.dies = v.dies;
+  c.dies_at_s = v.dies_at_s;
+  c.chipped_at_s = v.chipped_at_s;
+  if (v.perfect) {
+    c.properties.noise = {};
+    c.properties.division = {};
+    c.properties.creep_share = 0.0;
+  } else
     c.errors = drawn_errors(v.seed, setup.calibration.full_scale);
   // The shipped matrix is that of its cells: what is drawn is what a calibration leaves.
   c.errors.sensitivity = {{{1.0, 0.0}, {0.0, 1.0}}};

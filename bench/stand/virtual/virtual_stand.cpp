@@ -78,7 +78,10 @@ void VirtualStand::advance_to(std::int64_t time_ns) {
     if (session_ == nullptr || can_.now_ns() < next_session_ns_) continue;
     next_session_ns_ = can_.now_ns() + kSession_ns;
     session_->step();
-    if (every_ && can_.now_ns() >= next_every_ns_) next_every_ns_ = can_.now_ns() + kEvery_ns, every_();
+    if (every_ && can_.now_ns() >= next_every_ns_) {
+      next_every_ns_ = can_.now_ns() + kEvery_ns;
+      every_();
+    }
   }
 }
 
@@ -165,7 +168,8 @@ void VirtualStand::make_bus(std::size_t index) {
 }
 
 void VirtualStand::run(stand_run::Session& session, double most_s, const std::function<void()>& every) {
-  session_ = &session, every_ = every;
+  session_ = &session;
+  every_ = every;
   const auto end_ns = can_.now_ns() + static_cast<std::int64_t>(1e9 * most_s);
   if (buses_.empty())
     for (std::size_t b = 0; b < setup_.buses.size(); ++b) make_bus(b);
@@ -177,14 +181,19 @@ void VirtualStand::run(stand_run::Session& session, double most_s, const std::fu
     furthest_behind()->poller->step();
     advance_to(furthest_behind()->hub.now_ns());  // a silent bus moves the world on too
   }
-  session_ = nullptr, every_ = {};
+  session_ = nullptr;
+  every_ = {};
 }
 
 modbus::SerialHub::Counts VirtualStand::line_counts() const {
   modbus::SerialHub::Counts all;
   for (const auto& b : buses_) {
     const auto& c = b->hub.counts();
-    all.frames += c.frames, all.flipped += c.flipped, all.bytes_lost += c.bytes_lost, all.late += c.late, all.collisions += c.collisions;
+    all.frames += c.frames;
+    all.flipped += c.flipped;
+    all.bytes_lost += c.bytes_lost;
+    all.late += c.late;
+    all.collisions += c.collisions;
   }
   return all;
 }

@@ -201,7 +201,10 @@ bool CeresProblem::hold_the_farthest_outside(const FitProblem& p) {
   const Place* farthest = nullptr;
   Excess most;
   for (const Place& place : unknowns->places) {
-    if (const Excess e = excess_of(p, *unknowns, place); e.by > most.by) most = e, farthest = &place;
+    if (const Excess e = excess_of(p, *unknowns, place); e.by > most.by) {
+      most = e;
+      farthest = &place;
+    }
   }
   if (!farthest) return false;
   ParameterBlock& b = *farthest->block;

@@ -50,7 +50,10 @@ VectorXd step_inside(const FitProblem& p, const Layout& l, const VectorXd& theta
     auto stops = open.end();
     for (auto i = open.begin(); i != open.end(); ++i) {
       const double way = step[*i] < 0.0 ? lowest[*i] : highest[*i], excess = way != 0.0 ? step[*i] / way : (step[*i] != 0.0 ? 1e300 : 0.0);
-      if (excess > worst) worst = excess, stops = i;
+      if (excess > worst) {
+        worst = excess;
+        stops = i;
+      }
     }
     if (stops == open.end()) break;
     step[*stops] = step[*stops] < 0.0 ? lowest[*stops] : highest[*stops];

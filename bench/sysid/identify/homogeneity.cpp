@@ -35,7 +35,10 @@ MatrixXd determined_inverse(const MatrixXd& s, double& rank) {
   VectorXd inverse = VectorXd::Zero(s.rows());
   rank = 0.0;
   for (Eigen::Index i = 0; i < s.rows(); ++i) {
-    if (eig.values[i] > kLeastInformation) inverse[i] = 1.0 / eig.values[i], rank += 1.0;
+    if (eig.values[i] > kLeastInformation) {
+      inverse[i] = 1.0 / eig.values[i];
+      rank += 1.0;
+    }
   }
   return k.asDiagonal() * eig.vectors * inverse.asDiagonal() * eig.vectors.transpose() * k.asDiagonal();
 }

@@ -146,7 +146,9 @@ std::vector<std::string> move_to_what_can_be(SharedEstimates& s, const estimate:
   bool drag = false, merit = false, body = false;
   for (int again = 0; again < 5; ++again) {  // what one moves, moves the others along
     const bool by_drag = onto_drag(s), by_merit = onto_a_figure_of_merit(s, held), by_body = onto_a_rigid_body(s, held);
-    drag = drag || by_drag, merit = merit || by_merit, body = body || by_body;
+    drag = drag || by_drag;
+    merit = merit || by_merit;
+    body = body || by_body;
     if (!by_merit && !by_body) break;
   }
   for (estimate::Estimate& e : s.estimates) {
@@ -271,7 +273,11 @@ SharedEstimates shared_estimates(const estimate::Fit& fit) {
           if (f.parameter == e.parameter && reported_u(f) > 0.0) act(f, 1.0 / (reported_u(f) * reported_u(f)));
         }
       };
-      each([&](const estimate::Estimate& f, double w) { weights += w, sum += w * f.value, count += 1.0; });
+      each([&](const estimate::Estimate& f, double w) {
+        weights += w;
+        sum += w * f.value;
+        count += 1.0;
+      });
       shared.value = sum / weights;
       each([&](const estimate::Estimate& f, double) { scatter += (f.value - shared.value) * (f.value - shared.value); });
       shared.u = std::max(1.0 / std::sqrt(weights), count > 1.0 ? std::sqrt(scatter / (count - 1.0)) : 0.0);

@@ -166,7 +166,10 @@ void Sequence::choose_start_values() {
       std::any_of(free_.begin(), free_.end(), [](const estimate::FreeParameter& f) { return f.parameter == estimate::kPoseDelay; });
   double late_s = 0.0, known = 0.0;
   for (const FlightToFit& f : given_) {
-    if (f.pose_late_s) late_s += *f.pose_late_s, known += 1.0;
+    if (f.pose_late_s) {
+      late_s += *f.pose_late_s;
+      known += 1.0;
+    }
   }
   if (delay_is_free && known > 0.0) values_[estimate::kPoseDelay] += late_s / known;
 }
@@ -260,7 +263,10 @@ bool Sequence::weigh_priors() {
     double sum = 0.0, count = 0.0;
     for (const int parameter : prior.parameters) {
       const estimate::Estimate* e = out_.fit.find(parameter);
-      if (e && e->u > 0.0 && std::isfinite(e->u_robust)) sum += e->u_robust * e->u_robust / (e->u * e->u), count += 1.0;
+      if (e && e->u > 0.0 && std::isfinite(e->u_robust)) {
+        sum += e->u_robust * e->u_robust / (e->u * e->u);
+        count += 1.0;
+      }
     }
     const double weight = count > 0.0 ? std::clamp(sum / count, 1.0, kMost) : 1.0;
     if (weight < kMatters * prior.weight) continue;
@@ -362,7 +368,10 @@ void Sequence::keep_possible() {
   // What a band of these flights determines is theirs, though the fit had it from a prior.
   for (estimate::Estimate& e : out_.fit.estimates) {
     const InertiaByBand* band = e.flight < 0 ? out_.inertia.of(e.parameter) : nullptr;
-    if (band && band->taken) e.prior_share = 0.0, e.u = e.u_robust;
+    if (band && band->taken) {
+      e.prior_share = 0.0;
+      e.u = e.u_robust;
+    }
     if (e.parameter == estimate::kCq) continue;  // the file's
     const bool stopped =
         std::any_of(out_.wanted.begin(), out_.wanted.end(), [&](const estimate::Estimate& w) { return w.parameter == e.parameter; });

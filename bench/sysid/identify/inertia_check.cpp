@@ -53,7 +53,10 @@ InertiaByBand compared(int parameter, double from_Hz, double to_Hz, const score:
   const double share = std::hypot(kOfModel, (1.0 - band.explained) / std::sqrt(12.0));
   InertiaByBand a{
       parameter, band.inertia_kg_m2, std::hypot(band.u_kg_m2, share * band.inertia_kg_m2), band.explained, band.delay_s, from_Hz, to_Hz};
-  if (const estimate::Estimate* e = fit ? fit->find(parameter) : nullptr) a.joint = e->value, a.u_joint = reported(*e);
+  if (const estimate::Estimate* e = fit ? fit->find(parameter) : nullptr) {
+    a.joint = e->value;
+    a.u_joint = reported(*e);
+  }
   a.taken = surer_or_against(a.value, a.u, a.joint, a.u_joint);
   return a;
 }

@@ -102,7 +102,10 @@ std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate:
   if (speeds) add(estimate::kK1);  // with commands alone their gain stands in its place
   if (place) add(estimate::kK2);   // climb speed is known from places only
   add(estimate::kCdh);
-  if (place) add(estimate::kCdxy), add(estimate::kCdz);
+  if (place) {
+    add(estimate::kCdxy);
+    add(estimate::kCdz);
+  }
   if (pose) {
     for (const int p : {estimate::kOffsetX, estimate::kOffsetY, estimate::kOffsetZ, estimate::kTurnX, estimate::kTurnY, estimate::kTurnZ,
                         estimate::kPoseDelay})
@@ -110,7 +113,10 @@ std::vector<estimate::FreeParameter> choose_parameters(std::span<const estimate:
   }
   for (int i = 0; gyro && i < 3; ++i) add(estimate::kGyroBiasX + i, flights.size() > 1);
   for (int i = 0; accel && i < 3; ++i) add(estimate::kAccelBiasX + i, flights.size() > 1, pose ? 0.0 : kAccelBiasPrior_m_s2);
-  if (commands) add(estimate::kCommandGain), add(estimate::kCommandLag);
+  if (commands) {
+    add(estimate::kCommandGain);
+    add(estimate::kCommandLag);
+  }
   if (battery) add(estimate::kVoltageExponent);
   // The state of a dynamic term at the start is the flight's own.
   for (std::size_t k = 0; k < terms.parameters(); ++k) {

@@ -34,8 +34,14 @@ FitDifference difference_of_fits(const estimate::Fit& own, const estimate::Fit& 
   for (std::size_t i = 0; i < own.estimates.size(); ++i) {
     const estimate::Estimate &a = own.estimates[i], &b = ceres.estimates[i];
     const double moved = ratio(b.value - a.value, a.u), grown = ratio(b.u - a.u, a.u);
-    if (i == 0 || farther(moved, out.estimate_u)) out.estimate_u = moved, out.estimate = estimate::estimate_name(a, problem);
-    if (i == 0 || farther(grown, out.uncertainty)) out.uncertainty = grown, out.of = estimate::estimate_name(a, problem);
+    if (i == 0 || farther(moved, out.estimate_u)) {
+      out.estimate_u = moved;
+      out.estimate = estimate::estimate_name(a, problem);
+    }
+    if (i == 0 || farther(grown, out.uncertainty)) {
+      out.uncertainty = grown;
+      out.of = estimate::estimate_name(a, problem);
+    }
   }
   return out;
 }

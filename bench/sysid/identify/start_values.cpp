@@ -60,7 +60,10 @@ StartValues start_values(std::span<const estimate::GridFlight> flights, const ho
   }
   double volts = 0.0, with_volts = 0.0;
   for (const estimate::GridFlight& g : flights) {
-    if (const double V = mean_battery_V(g); g.input.from_commands() && V > 0.0) volts += V, with_volts += 1.0;
+    if (const double V = mean_battery_V(g); g.input.from_commands() && V > 0.0) {
+      volts += V;
+      with_volts += 1.0;
+    }
   }
   v.reference_V = with_volts > 0.0 ? volts / with_volts : 0.0;
   out.file = v;

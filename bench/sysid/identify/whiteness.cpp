@@ -19,7 +19,10 @@ constexpr const char* kChannels[] = {"x", "y", "z", "roll", "pitch", "yaw"};
 std::vector<double> autocorrelation(std::span<const double> s, std::size_t max_lag) {
   double mean = 0.0, n = 0.0;
   for (const double v : s) {
-    if (std::isfinite(v)) mean += v, n += 1.0;
+    if (std::isfinite(v)) {
+      mean += v;
+      n += 1.0;
+    }
   }
   std::vector<double> out(max_lag + 1, 0.0);
   if (n < 2.0) return out;
@@ -120,12 +123,19 @@ FlightWhiteness whiteness_of(const std::string& flight, std::span<const estimate
   }
   double sum = 0.0, n = 0.0, second = std::floor(in.front().t_s);
   const auto close = [&] {
-    if (n > 0.0) out.second_s.push_back(second), out.cost_per_number.push_back(sum / n);
+    if (n > 0.0) {
+      out.second_s.push_back(second);
+      out.cost_per_number.push_back(sum / n);
+    }
     sum = n = 0.0;
   };
   for (const estimate::Innovation& i : in) {
-    if (std::floor(i.t_s) != second) close(), second = std::floor(i.t_s);
-    sum += i.value.squaredNorm(), n += 6.0;
+    if (std::floor(i.t_s) != second) {
+      close();
+      second = std::floor(i.t_s);
+    }
+    sum += i.value.squaredNorm();
+    n += 6.0;
   }
   close();
   return out;

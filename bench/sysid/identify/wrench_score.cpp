@@ -167,9 +167,16 @@ class ScoredFlight {
       const Sums s = sums_of(model, reference, counts_);
       if (std::fabs(late_s) < 0.5 * kDelayStep_s) as_stamped = s;
       const double explained = s.score("", 0.0).explained.tail<3>().sum();
-      if (explained > most) most = explained, best = s, best_s = late_s;
+      if (explained > most) {
+        most = explained;
+        best = s;
+        best_s = late_s;
+      }
     }
-    if (record_.gyro_B_rad_s.empty()) best = as_stamped, best_s = 0.0;
+    if (record_.gyro_B_rad_s.empty()) {
+      best = as_stamped;
+      best_s = 0.0;
+    }
     to.plain.push_back(as_stamped.score(record_.name, 0.0));
     to.aligned.push_back(best.score(record_.name, best_s));
     to.plain_sums.add(as_stamped);

@@ -126,13 +126,15 @@ ColumnTable parse_csv(std::string_view text, const std::filesystem::path& path, 
   table.label = path.filename().generic_string();
   CsvHead head = head_of(text, path, wanted, format, table.label);
   CsvLines& lines = head.below;
-  table.names = std::move(head.names), table.notes = std::move(head.notes);
+  table.names = std::move(head.names);
+  table.notes = std::move(head.notes);
   const auto keep = kept_columns(table, wanted, lines.number, path);
   RowWidths widths{.names = keep.size()};
   std::vector<double> row(keep.size());
   while (const auto line = lines.next()) {
     if (repeats_names(table, keep, *line, lines.number, format, path)) {
-      ++widths.repeated_heads, widths.last_head = lines.number;
+      ++widths.repeated_heads;
+      widths.last_head = lines.number;
       continue;
     }
     std::string_view bad_cell;
@@ -145,7 +147,10 @@ ColumnTable parse_csv(std::string_view text, const std::filesystem::path& path, 
       if (i >= keep.size() || !keep[i]) return;
       pointed = pointed || (format.separator == ',' && cell.find('.') != std::string_view::npos);
       const auto v = format.foreign ? csv_number_with_comma(cell, format.separator) : csv_number(cell);
-      if (!v && bad_index == keep.size()) bad_index = i, bad_cell = cell;
+      if (!v && bad_index == keep.size()) {
+        bad_index = i;
+        bad_cell = cell;
+      }
       row[i] = v.value_or(kBlankCell);
     });
     if (table.rows == 0) widths.first_row = cells;

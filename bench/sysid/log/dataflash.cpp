@@ -272,7 +272,10 @@ std::optional<std::vector<double>> DataFlash::column(const DataFlashMessage& m, 
   };
   double factor = 1.0;
   auto field = place(name);
-  if (field == m.fields.end() && name == "TimeUS") field = place("TimeMS"), factor = 1000.0;
+  if (field == m.fields.end() && name == "TimeUS") {
+    field = place("TimeMS");
+    factor = 1000.0;
+  }
   if (field == m.fields.end() || !is_number(field->type)) return std::nullopt;
   std::vector<double> values;
   values.reserve(rows.size());
@@ -339,7 +342,10 @@ std::optional<ColumnTable> DataFlash::rounds(const std::string& name, const std:
     bool found = false;
     for (std::size_t i = 0; path && i < table.rows; ++i)
       if (const auto r = of_round[i].find(path->second); r != of_round[i].end())
-        if (const auto v = column(*r->second.message, {r->second.at}, path->first)) values[i] = v->front(), found = true;
+        if (const auto v = column(*r->second.message, {r->second.at}, path->first)) {
+          values[i] = v->front();
+          found = true;
+        }
     if (found) table.columns[want] = std::move(values);
     if (want == "TimeUS") table.columns[want] = t_us;
   }

@@ -73,7 +73,10 @@ std::size_t most_wanted(const std::vector<Row>& rows, const std::set<std::string
     const auto names = names_of(rows, i);
     const auto hits = static_cast<std::size_t>(std::count_if(
         wanted.begin(), wanted.end(), [&](const std::string& w) { return std::find(names.begin(), names.end(), w) != names.end(); }));
-    if (hits > most) most = hits, best = i;
+    if (hits > most) {
+      most = hits;
+      best = i;
+    }
   }
   return best;
 }
@@ -89,7 +92,11 @@ std::size_t row_of_names(const std::vector<Row>& rows, const std::set<std::strin
   for (std::size_t i = 0; i < numbers; ++i) {
     const Row& r = rows[i];
     if (r.numbers > 0 || r.cells.size() < 2 || r.cells.size() < filled) continue;
-    if (!found || r.blanks < blanks) best = i, blanks = r.blanks, found = true;
+    if (!found || r.blanks < blanks) {
+      best = i;
+      blanks = r.blanks;
+      found = true;
+    }
   }
   // Rows that are longer than the names: those are the row of text with the most cells, the nearest to the numbers.
   for (std::size_t i = 0; i < numbers && !found; ++i)
@@ -135,7 +142,10 @@ std::string as_utf8(std::string bytes) {
   if (bytes.starts_with("\xFE\xFF")) return from_utf16(std::string_view(bytes).substr(2), true);
   const std::size_t looked = std::min<std::size_t>(bytes.size() / 2, 32);
   std::size_t even = 0, odd = 0;
-  for (std::size_t i = 0; i < looked; ++i) even += bytes[2 * i] == '\0', odd += bytes[2 * i + 1] == '\0';
+  for (std::size_t i = 0; i < looked; ++i) {
+    even += bytes[2 * i] == '\0';
+    odd += bytes[2 * i + 1] == '\0';
+  }
   if (looked >= 4 && odd == looked && even == 0) return from_utf16(bytes, false);
   if (looked >= 4 && even == looked && odd == 0) return from_utf16(bytes, true);
   return bytes;
@@ -166,7 +176,10 @@ char likely_separator(std::string_view text) {
   std::size_t most = 0;
   for (const char c : {',', ';', '\t'}) {
     const std::size_t columns = find_csv_head(text, c, {}, "").names.size();
-    if (columns > most) most = columns, best = c;
+    if (columns > most) {
+      most = columns;
+      best = c;
+    }
   }
   return best;
 }

@@ -70,7 +70,8 @@ std::string plain(std::string_view written) {
     const auto rest = written.substr(i);
     const auto take = [&](std::string_view sign, const char* as) {
       if (!rest.starts_with(sign)) return false;
-      out += as, i += sign.size();
+      out += as;
+      i += sign.size();
       return true;
     };
     if (take("\xC2\xB7", "") || take("\xE2\x8B\x85", "") || take("\xE2\x88\x99", "") || take("\xE2\x80\xA2", "") || take("\xC3\x97", "") ||

@@ -340,8 +340,7 @@ double earliest_s(const LogMapping& m, const Sources& tables) {
 
 // Why none of a quantity's alternatives could be taken: an error unless all are optional, which leaves a note.
 void explain_absence(const LogMapping& m, const std::string& label, const Sources& tables, std::vector<LogFinding>& findings) {
-  const MappedStream* first = nullptr;
-  const MappedStream* required = nullptr;
+  const MappedStream *first = nullptr, *required = nullptr;
   for (const auto& s : m.streams) {
     if (s.label() != label) continue;
     if (!first) first = &s;
@@ -351,13 +350,13 @@ void explain_absence(const LogMapping& m, const std::string& label, const Source
   findings.push_back({label, std::string(kAbsent) + missing(m, *first, tables)->what, 0.0, 0.0, FindingAction::note});
 }
 
-// Where an attitude and positions come from two tables: poses at the stamps of the positions, the attitude turned on between its
-// neighbours.
+// An attitude and positions of two tables: poses at the stamps of the positions, the attitude turned on between its neighbours.
 void join_attitude(FlightRecord& f, std::vector<LogFinding>& findings) {
   constexpr double kLongest_s = 0.1;  // between two attitudes: a vehicle turns by less than a right angle meanwhile
   const auto& q = f.attitude_WS;
   if (!q.empty() && !f.pose.empty()) {  // two accounts of one thing: the pose is of one instant
-    f.position_W_m = {}, f.attitude_WS = {};
+    f.position_W_m = {};
+    f.attitude_WS = {};
     return;
   }
   if (q.size() < 2 || f.position_W_m.empty()) return;
@@ -377,7 +376,8 @@ void join_attitude(FlightRecord& f, std::vector<LogFinding>& findings) {
       {"pose",
        fmt::format("made of {} positions and {} attitudes, each turned on to the position's stamp", f.position_W_m.size(), q.size()),
        f.pose.t_s.front(), f.pose.t_s.back(), FindingAction::note});
-  f.position_W_m = {}, f.attitude_WS = {};
+  f.position_W_m = {};
+  f.attitude_WS = {};
 }
 
 }  // namespace

@@ -182,7 +182,8 @@ class McapWriter {
     m.u16(s.topic + 1).u32(counts_[s.topic]++).u64(s.t_ns).u64(s.t_ns);
     m.bytes += topics_[s.topic].at(s.index).dump();
     record(records_, Opcode::message, m);
-    begin_ns_ = std::min(begin_ns_, s.t_ns), end_ns_ = std::max(end_ns_, s.t_ns);
+    begin_ns_ = std::min(begin_ns_, s.t_ns);
+    end_ns_ = std::max(end_ns_, s.t_ns);
     if (records_.size() >= kChunkBytes) close_chunk();
   }
 
@@ -246,7 +247,10 @@ class McapWriter {
   Content statistics_content() const {
     std::uint64_t all = 0;
     Content by_channel;
-    for (std::size_t k = 0; k < counts_.size(); ++k) all += counts_[k], by_channel.u16(k + 1).u64(counts_[k]);
+    for (std::size_t k = 0; k < counts_.size(); ++k) {
+      all += counts_[k];
+      by_channel.u16(k + 1).u64(counts_[k]);
+    }
     Content c;
     c.u64(all).u16(topics_.size()).u32(topics_.size()).u32(0).u32(0).u32(chunks_);
     return c.u64(all == 0 ? 0 : begin_ns_).u64(end_ns_).text(by_channel.bytes);

@@ -167,7 +167,10 @@ void ULog::read_message(char type, std::size_t begin, std::size_t size) {
       return;
     }
     case 'O':
-      if (size >= 2) ++dropouts_, dropout_s_ += 1e-3 * static_cast<double>(integer_at(begin, 2));
+      if (size >= 2) {
+        ++dropouts_;
+        dropout_s_ += 1e-3 * static_cast<double>(integer_at(begin, 2));
+      }
       return;
     default:
       if (kIgnoredTypes.find(type) == std::string_view::npos) ++unknown_type_;

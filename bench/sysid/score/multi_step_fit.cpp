@@ -92,7 +92,9 @@ MultiStepFit fit_multi_step(const estimate::ModelValues& start, const estimate::
   for (Eigen::Index i = 0; i < n; ++i) {
     const int parameter = free[static_cast<std::size_t>(i)];
     const estimate::ParameterInfo info = estimate::parameter_info(parameter, start.terms);
-    first[i] = start[parameter], min[i] = info.min, max[i] = info.max;
+    first[i] = start[parameter];
+    min[i] = info.min;
+    max[i] = info.max;
   }
   const auto values_at = [&](const Eigen::VectorXd& x) {
     estimate::ModelValues values = start;

@@ -277,7 +277,10 @@ HelpfulRange helpful_range(const PredictionSummary& a, const PredictionSummary& 
       continue;
     }
     if (run++ == 0) first = k;
-    if (run > best_run) best_first = first, best_run = run;
+    if (run > best_run) {
+      best_first = first;
+      best_run = run;
+    }
   }
   if (best_run == 0) return {};
   return {static_cast<double>(best_first + 1) * a.step_s, static_cast<double>(best_first + best_run) * a.step_s};

@@ -124,7 +124,10 @@ void record_fault(const std::uint32_t* frame, std::uint32_t exception) {
   FaultRecord r;
   r.magic = FaultRecord::kMagic;
   r.exception = exception;
-  if (in_stack(frame)) r.lr = frame[5], r.pc = frame[6];
+  if (in_stack(frame)) {
+    r.lr = frame[5];
+    r.pc = frame[6];
+  }
   r.cfsr = g431::scb().cfsr.read();
   r.hfsr = g431::scb().hfsr.read();
   r.address = (r.cfsr & 0x80u) != 0 ? g431::scb().mmfar.read() : g431::scb().bfar.read();

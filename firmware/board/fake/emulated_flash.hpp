@@ -29,9 +29,15 @@ class EmulatedFlash {
   std::uint64_t operations() const { return operations_; }
   std::uint64_t busy_us() const { return busy_us_; }
   bool powered() const { return powered_; }
-  void power_on() { powered_ = true, cut_at_ = ~std::uint64_t{0}; }
+  void power_on() {
+    powered_ = true;
+    cut_at_ = ~std::uint64_t{0};
+  }
   // The operation with this number (counted from 0 over the life of the flash) is hit.
-  void cut_at(std::uint64_t operation, Torn torn) { cut_at_ = operation, torn_ = torn; }
+  void cut_at(std::uint64_t operation, Torn torn) {
+    cut_at_ = operation;
+    torn_ = torn;
+  }
 
   bool flash_read(std::uint32_t page, std::uint32_t offset, std::span<std::uint8_t> out) const {
     if (!powered_ || page >= pages() || offset > kFlashPageBytes || out.size() > kFlashPageBytes - offset) return false;

@@ -24,7 +24,10 @@ class FakePowerStage : public Scales {
   std::uint16_t unloaded_counts(std::size_t phase) const noexcept { return unloaded[phase]; }
   void set_compare(PwmCompare c) noexcept { compare = c; }
   void bridge_on() noexcept { gates_on(kAllGates); }
-  void gates_on(std::uint8_t mask) noexcept { bridge = mask != 0, gates = mask; }
+  void gates_on(std::uint8_t mask) noexcept {
+    bridge = mask != 0;
+    gates = mask;
+  }
   void bridge_off() noexcept { bridge = false; }
   std::uint64_t time_us() const noexcept { return now_us; }
 };

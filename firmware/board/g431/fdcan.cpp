@@ -33,13 +33,19 @@ void write_element(FdcanElement& e, const CanFrame& f) {
 void clear_memory() {
   FdcanMemory& m = fdcan_memory();
   for (Register& r : m.standard_filter) r.write(0);
-  for (auto& f : m.extended_filter) f[0].write(0), f[1].write(0);
+  for (auto& f : m.extended_filter) {
+    f[0].write(0);
+    f[1].write(0);
+  }
   for (FdcanElement* list : {m.fifo0, m.fifo1, m.transmit}) {
     for (std::size_t i = 0; i < 3; ++i) {
       for (Register& r : list[i].word) r.write(0);
     }
   }
-  for (auto& e : m.events) e[0].write(0), e[1].write(0);
+  for (auto& e : m.events) {
+    e[0].write(0);
+    e[1].write(0);
+  }
 }
 
 }  // namespace

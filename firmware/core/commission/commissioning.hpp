@@ -27,8 +27,10 @@ class Commissioning : public CommissioningProcedure {
   void on_sample(B& board) {
     CommissioningVariables& v = v_;
     const AdcCounts adc = board.adc();
-    v.ended = v.active, v.ended_driven = v.active_driven;
-    v.active = v.pending, v.active_driven = v.pending_driven;
+    v.ended = v.active;
+    v.ended_driven = v.active_driven;
+    v.active = v.pending;
+    v.active_driven = v.pending_driven;
     const float bus_V = accept(v.bus, static_cast<float>(adc.bus) * B::kBus_V_per_count, config_.bus_jump_V);
     v.bus_V += config_.bus_filter * (bus_V - v.bus_V);
     CommissioningEnd fault = sense(adc, bus_V);

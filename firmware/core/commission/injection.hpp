@@ -91,7 +91,9 @@ inline InjectionStep step(const InjectionConfig& c, InjectionState& s, LeastSqua
   if (s.samples == 0) s.last_A = along_A;
   account(c, s, fit, along_A, duty_V);
   s.active = s.pending;
-  ++s.samples, ++s.in_burst, ++s.in_way;
+  ++s.samples;
+  ++s.in_burst;
+  ++s.in_way;
   const float slope_A = s.in_way > 2 ? s.sign * (along_A - s.before_A) : 0.0f;  // the first two still go the other way
   s.before_A = along_A;
   const float i = s.sign * along_A + c.delay_samples * slope_A, nudge_V = 0.02f * c.most_V + 0.1f * magnitude(s.up_V - s.down_V);

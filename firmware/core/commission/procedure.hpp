@@ -53,8 +53,13 @@ class CommissioningProcedure {
   void begin() {
     const CommissioningVariables before = v_;
     v_ = {};
-    v_.order = before.order, v_.order_sequence = before.order_sequence, v_.order_age = before.order_age;
-    v_.bus = before.bus, v_.bus_V = before.bus_V, v_.temperature = before.temperature, v_.temperature_K = before.temperature_K;
+    v_.order = before.order;
+    v_.order_sequence = before.order_sequence;
+    v_.order_age = before.order_age;
+    v_.bus = before.bus;
+    v_.bus_V = before.bus_V;
+    v_.temperature = before.temperature;
+    v_.temperature_K = before.temperature_K;
     v_.armed = false;
     found_ = entered_;
     v_.wants_configuration = true;
@@ -86,7 +91,10 @@ class CommissioningProcedure {
     return result_.standstill_valid ? 0.7f + 0.15f * static_cast<float>(v_.run) : rest * done / whole;
   }
 
-  void go(CommissioningPhase phase) { v_.phase = phase, v_.samples = 0; }
+  void go(CommissioningPhase phase) {
+    v_.phase = phase;
+    v_.samples = 0;
+  }
   void go_over_zero(CommissioningPhase next) {
     v_.after_zero = next;
     v_.current = {};
@@ -159,13 +167,16 @@ class CommissioningProcedure {
     c.emf_V_A = 0.0f;
     c.rows = static_cast<std::uint32_t>(rows);
     const bool noisy = c.noisy = c.high_A - c.low_A < 25.0f * board_.A_per_count;
-    c.lost_V = 0.0f, c.zone_A = 3.0f * board_.A_per_count;
+    c.lost_V = 0.0f;
+    c.zone_A = 3.0f * board_.A_per_count;
     if (noisy) {
       const float by_supply_A = 0.55f * c.most_V / resistance, by_knee_A = 0.3f * knee_A;
       c.high_A = by_supply_A < by_knee_A ? by_supply_A : by_knee_A;
       c.low_A = -c.high_A;
     }
-    c.least_samples = noisy ? 12 : 5, c.slow_samples = noisy ? 18 : 7, c.delay_samples = noisy ? 0.0f : 2.0f;
+    c.least_samples = noisy ? 12 : 5;
+    c.slow_samples = noisy ? 18 : 7;
+    c.delay_samples = noisy ? 0.0f : 2.0f;
     if (noisy) c.rows *= 6;
     c.most_samples = static_cast<std::uint32_t>(0.3f / config_.period_s);
     // What the torque turns the rotor by within a burst stays below a tenth of a radian.
@@ -179,7 +190,8 @@ class CommissioningProcedure {
   void restart_injection() {
     const float up_V = v_.injection.up_V, down_V = v_.injection.down_V;
     v_.injection = {};
-    v_.injection.up_V = up_V, v_.injection.down_V = down_V;
+    v_.injection.up_V = up_V;
+    v_.injection.down_V = down_V;
   }
 
   // A first inductance, along phase U wherever the magnet is: for the gain of the current loop.
@@ -276,7 +288,10 @@ class CommissioningProcedure {
     if (seconds() < settle_s + window_s) return;
     const float mean_V = v_.sum_V / v_.sum_count, mean_A = v_.sum_A / v_.sum_count;
     add_window(v_.direct, v_.direction, mean_V, mean_A, v_.heat_A2_s);
-    if (v_.level == kLargestLevel) v_.largest_V = mean_V, v_.largest_mean_A = mean_A;
+    if (v_.level == kLargestLevel) {
+      v_.largest_V = mean_V;
+      v_.largest_mean_A = mean_A;
+    }
     // What the winding takes while the injected current moves must be known well; the dead time drops out of this difference too.
     if (v_.level == kLeastLevel) {
       v_.direction_ohm = (v_.largest_V - mean_V) / (v_.largest_mean_A - mean_A);

@@ -51,7 +51,8 @@ void CommissioningProcedure::turn_open_loop() {
   const float settle_s = 0.15f, window_s = 0.15f, t = seconds();
   if (t < settle_s) return;
   if (t < settle_s + window_s) {
-    v_.sum_V += length(emf), v_.sum_count += 1.0f;
+    v_.sum_V += length(emf);
+    v_.sum_count += 1.0f;
     return;
   }
   if (v_.order.wait_for_reference && v_.order.counted_rad_s <= 0.0f && t < 30.0f) return;

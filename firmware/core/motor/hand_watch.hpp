@@ -104,11 +104,17 @@ class HandWatch {
     far_ = far;
     if (too_fast_) return open(board, Phase::open), true;
     const float sum = x[0] + x[1] + x[2];
-    if (in_block_ == 0) block_ = {}, used_ = 0;
+    if (in_block_ == 0) {
+      block_ = {};
+      used_ = 0;
+    }
     // The first sample after closing says what the zeros sum to. If that one was wrong, all of its block fall out, and the next begins
     // anew.
     if (samples_ == 0) sum_counts_ = sum;
-    if (magnitude(sum - sum_counts_) < kSumSpread_counts) block_ = block_ + clarke(x), ++used_;
+    if (magnitude(sum - sum_counts_) < kSumSpread_counts) {
+      block_ = block_ + clarke(x);
+      ++used_;
+    }
     ++samples_;
     if (++in_block_ < kBlock) return true;
     in_block_ = 0;

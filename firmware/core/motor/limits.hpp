@@ -79,8 +79,14 @@ inline CurrentRange current_range(const LimitConfig& c, const LimitInputs& in) {
   r.high_A = phase;
   r.low_A = -phase;
   const auto lower = [&](float limit, Limiter by, bool both) {
-    if (limit < r.high_A) r.high_A = limit, r.high_by = by;
-    if (both && -limit > r.low_A) r.low_A = -limit, r.low_by = by;
+    if (limit < r.high_A) {
+      r.high_A = limit;
+      r.high_by = by;
+    }
+    if (both && -limit > r.low_A) {
+      r.low_A = -limit;
+      r.low_by = by;
+    }
   };
   const float trusted = c.observer_A_s_rad * magnitude(in.speed_rad_s);
   lower(trusted > c.observer_min_A ? trusted : c.observer_min_A, Limiter::observer, true);
@@ -106,9 +112,18 @@ struct Limited {
 inline Limited limit_current(const CurrentRange& r, float wanted_A, float direction) {
   float x = wanted_A * direction;
   Limiter by = Limiter::none;
-  if (x > r.high_A) x = r.high_A, by = r.high_by;
-  if (x < r.low_A) x = r.low_A, by = r.low_by;
-  if (r.has_gap && x < r.gap_near_A && x > r.gap_far_A) x = r.gap_near_A, by = Limiter::regen_current;
+  if (x > r.high_A) {
+    x = r.high_A;
+    by = r.high_by;
+  }
+  if (x < r.low_A) {
+    x = r.low_A;
+    by = r.low_by;
+  }
+  if (r.has_gap && x < r.gap_near_A && x > r.gap_far_A) {
+    x = r.gap_near_A;
+    by = Limiter::regen_current;
+  }
   return {x * direction, by};
 }
 

@@ -33,7 +33,10 @@ class MotorBase {
     t.error_count += __atomic_load_n(&refused_, __ATOMIC_RELAXED);
     // Bytes that stand still for as long as the motor is driven; what is broken was written before the result.
     t.self_test.result = self_test_.result;
-    if (t.self_test.result == SelfTest::failed) t.self_test.broken = self_test_.broken, t.self_test.leg = self_test_.leg & 3u;
+    if (t.self_test.result == SelfTest::failed) {
+      t.self_test.broken = self_test_.broken;
+      t.self_test.leg = self_test_.leg & 3u;
+    }
     return t;
   }
   const TripLog& trips() const { return trips_; }
@@ -126,8 +129,10 @@ class MotorBase {
     ProtectionState& p = v_.protection;
     if (p.healthy_ticks < config_.protection.healthy_ticks)
       ++p.healthy_ticks;
-    else
-      p.restarts = p.trying_ticks = 0, p.fault = Fault::none;
+    else {
+      p.restarts = p.trying_ticks = 0;
+      p.fault = Fault::none;
+    }
   }
 
   void enter_phase(MotorState state) {

@@ -81,7 +81,8 @@ inline Angle direction_of(Stator v) {
 inline Finding step(const FinderConfig& c, FinderState& s, Stator current_A, float direction) {
   const float size = length(current_A);
   const float low = s.low[0];
-  s.low[0] = s.low[1], s.low[1] = s.low[2];
+  s.low[0] = s.low[1];
+  s.low[1] = s.low[2];
   ++s.samples;
   s.current_A += 0.2f * (size - s.current_A);
   s.low[2] = s.samples <= c.widen || size > 2.0f * kMostOverEnough * c.enough_A ? next_width(c, s.low[2], size) : s.low[2];

@@ -67,8 +67,14 @@ inline SpeedLoopStep step(const SpeedLoopConfig& c, SpeedLoopState& s, float tar
                           bool voltage_limited) {
   Limiter reference_by = Limiter::none;
   float target = target_rad_s;
-  if (magnitude(target) > c.max_speed_rad_s) target = sign_of(target) * c.max_speed_rad_s, reference_by = Limiter::max_speed;
-  if (magnitude(target) < c.min_speed_rad_s) target = sign_of(target) * c.min_speed_rad_s, reference_by = Limiter::min_speed;
+  if (magnitude(target) > c.max_speed_rad_s) {
+    target = sign_of(target) * c.max_speed_rad_s;
+    reference_by = Limiter::max_speed;
+  }
+  if (magnitude(target) < c.min_speed_rad_s) {
+    target = sign_of(target) * c.min_speed_rad_s;
+    reference_by = Limiter::min_speed;
+  }
   float slew_rad_s2 = 0.0f;
   if (c.slew_rad_s2 > 0.0f) {
     const float most = c.slew_rad_s2 * c.period_s, change = clamp(target - s.slewed_rad_s, -most, most);

@@ -204,8 +204,18 @@ constexpr void align(const StartConfig& c, StartState& s, const StartInputs& in,
   const float swept = clamp(s.in_phase_s / c.align_first_s, 0.0f, 1.0f);
   out.frame = s.axis + Angle::from_rad(first ? c.align_from_rad + swept * (c.align_to_rad - c.align_from_rad) : 0.0f);
   out.current_A = c.current_A * clamp(s.in_phase_s / c.align_rise_s, 0.0f, 1.0f) * (low ? c.measure_low_share : 1.0f);
-  if (low && measuring(c, s)) s.low_V += in.along_V, s.low_A += in.along_A, s.low_lost += in.lost_along, s.low_count += 1.0f;
-  if (!low && !first && measuring(c, s)) s.high_V += in.along_V, s.high_A += in.along_A, s.high_lost += in.lost_along, s.high_count += 1.0f;
+  if (low && measuring(c, s)) {
+    s.low_V += in.along_V;
+    s.low_A += in.along_A;
+    s.low_lost += in.lost_along;
+    s.low_count += 1.0f;
+  }
+  if (!low && !first && measuring(c, s)) {
+    s.high_V += in.along_V;
+    s.high_A += in.along_A;
+    s.high_lost += in.lost_along;
+    s.high_count += 1.0f;
+  }
   // Across the vector only what still swings induces a voltage; a rotor that turned before needs another round to come to rest.
   s.swing_V += c.catch_filter * (magnitude(in.across_V - s.across_slow_V) - s.swing_V);
   if (second_s < c.align_second_s) return;

@@ -38,13 +38,17 @@ struct TurnState {
 
 // `counts`: mean of one block. True: a whole turn in one sense.
 constexpr bool step(const TurnConfig& c, TurnState& s, Stator counts) {
-  if (!s.begun) s.slow_counts = counts, s.begun = true;
+  if (!s.begun) {
+    s.slow_counts = counts;
+    s.begun = true;
+  }
   s.slow_counts = s.slow_counts + c.slow_share * (counts - s.slow_counts);
   const Stator v = counts - s.slow_counts;
   const auto sign = [&](float x, std::int32_t before) { return x > c.least_counts ? 1 : x < -c.least_counts ? -1 : before; };
   const std::int32_t a = sign(v.a, s.sign_a), b = sign(v.b, s.sign_b);
   const bool first = s.sign_a == 0 || s.sign_b == 0, moved_a = a != s.sign_a, moved_b = b != s.sign_b;
-  s.sign_a = a, s.sign_b = b;
+  s.sign_a = a;
+  s.sign_b = b;
   if (first || (moved_a && moved_b)) {
     s.steps = 0;
   } else if (moved_a || moved_b) {

@@ -105,7 +105,10 @@ class CommissionService {
     reported_standstill_ = reported_held_ = false;
     reason_ = "";
   }
-  void refuse(const char* why) { state_ = State::refused, reason_ = why; }
+  void refuse(const char* why) {
+    state_ = State::refused;
+    reason_ = why;
+  }
   void stop(const char* why, std::uint64_t now_us) {
     if (state_ != State::running) return;
     state_ = State::stopping;
@@ -133,7 +136,10 @@ class CommissionService {
   }
   bool done() const { return state_ == State::done; }
   // Its measurements contradict another parameter: nothing of it was taken.
-  void reject(const char* why) { state_ = State::ended, reason_ = why; }
+  void reject(const char* why) {
+    state_ = State::ended;
+    reason_ = why;
+  }
 
   CommissioningOrder order() const {
     if (state_ != State::running) return {};

@@ -146,8 +146,14 @@ class EscNode {
   // After a save or an erase.
   void complete(bool ok) {
     if (request_ != NodeRequest::save && request_ != NodeRequest::erase) return;
-    if (ok && request_ == NodeRequest::erase) edited_ = Parameters{}, edited_new_ = true;
-    if (ok) problem_.reset(), store_ = StoreState::loaded;
+    if (ok && request_ == NodeRequest::erase) {
+      edited_ = Parameters{};
+      edited_new_ = true;
+    }
+    if (ok) {
+      problem_.reset();
+      store_ = StoreState::loaded;
+    }
     answer_opcode(ok);
     request_ = NodeRequest::none;
   }

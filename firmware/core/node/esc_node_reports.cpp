@@ -55,7 +55,10 @@ void EscNode::watch_motor(std::uint64_t now_us, const Telemetry& t) {
   input_.set_speed(telemetry_.speed_valid ? telemetry_.speed_rad_s : 0.0f);
   if (t.self_test.result == SelfTest::turning && self_test != SelfTest::turning)
     say(Level::warning, "self-test: not tested, the rotor turns", now_us);
-  if (t.fault != Fault::none) tripped_ = true, trip_us_ = now_us;
+  if (t.fault != Fault::none) {
+    tripped_ = true;
+    trip_us_ = now_us;
+  }
   if (t.fault == Fault::none || t.fault == before) return;
   FaultRecord r{.fault = t.fault, .state = state, .uptime_s = divide(now_us - start_us_, 1'000'000).quotient};
   r.bus_V = t.bus_V;

@@ -69,7 +69,10 @@ inline constexpr auto kParameterRanges = std::array{
 constexpr std::size_t find_parameter(const char* name) {
   for (std::size_t i = 0; i < kParameterRanges.size(); ++i) {
     const char *a = kParameterRanges[i].name, *b = name;
-    while (*a != '\0' && *a == *b) ++a, ++b;
+    while (*a != '\0' && *a == *b) {
+      ++a;
+      ++b;
+    }
     if (*a == *b) return i;
   }
   return kParameterRanges.size();

@@ -41,7 +41,10 @@ class TransmitQueue {
     std::uint32_t least = protocols::arbitration_key(entries_[0].frame);
     for (std::size_t i = 1; i < size_; ++i) {
       const std::uint32_t key = protocols::arbitration_key(entries_[i].frame);
-      if (key < least) first = i, least = key;
+      if (key < least) {
+        first = i;
+        least = key;
+      }
     }
     const CanFrame frame = entries_[first].frame;
     --size_;

@@ -121,7 +121,10 @@ void Core::begin_return(const Op&, uint32_t exc_return) {
   ++served.count;
   served.cycles += cycles;
   served.waits += waits;
-  if (cycles > served.longest_cycles) served.longest_cycles = cycles, served.longest_waits = waits;
+  if (cycles > served.longest_cycles) {
+    served.longest_cycles = cycles;
+    served.longest_waits = waits;
+  }
   deactivate(state.ipsr);
   state.exclusive = false;
   state.event = true;

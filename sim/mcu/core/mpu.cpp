@@ -80,7 +80,8 @@ void Core::choose_checked() {
     checks_.to = std::max(checks_.to, base + bytes);
   }
   for (MemoryRegion& memory : memories_->all()) {
-    memory.checked_from = memory.base, memory.checked_bytes = all ? memory.size_bytes : 0;
+    memory.checked_from = memory.base;
+    memory.checked_bytes = all ? memory.size_bytes : 0;
     if (all || !mpu) continue;
     uint64_t from = uint64_t{memory.base} + memory.size_bytes, to = memory.base;
     for (const MpuRegion& r : state.mpu.regions) {
@@ -89,9 +90,11 @@ void Core::choose_checked() {
       from = std::min(from, std::max(base, uint64_t{memory.base} + 3) - 3);  // a word that begins up to three bytes before reaches in
       to = std::max(to, base + bytes);
     }
-    if (from < to)
-      memory.checked_from = static_cast<uint32_t>(from),
+    if (from < to) {
+      memory.checked_from = static_cast<uint32_t>(from);
+
       memory.checked_bytes = static_cast<uint32_t>(std::min(to - from, uint64_t{0xFFFFFFFF}));
+    }
   }
 }
 

@@ -198,7 +198,8 @@ TEST(SafeState, PosesThatStopAreNamed) {
   sim::BusFault lost;
   lost.kind = sim::BusFaultKind::lose_sent;
   lost.port = hil::kAirframePort;
-  lost.id = 0x110, lost.id_mask = 0x7F0;  // stamp, position, attitude and velocity of a pose
+  lost.id = 0x110;
+  lost.id_mask = 0x7F0;  // stamp, position, attitude and velocity of a pose
   lost.at_ns = 3'000'000'000;
   config.state_bus_faults = {lost};
   auto loop = short_flight(config);

@@ -36,7 +36,9 @@ Caught catch_at(double share, double inductance_H, int cells, std::uint64_t seed
     plant.sample_period([&](Board& b) { motor->on_sample(b); });
   };
   for (double t = 0.0; t < 0.06; t += kPeriod_s) sample();
-  plant.w = share * top_rad_s, plant.y_in = plant.w * plant.w, plant.peak = 0.0;
+  plant.w = share * top_rad_s;
+  plant.y_in = plant.w * plant.w;
+  plant.peak = 0.0;
   order = {Mode::speed, static_cast<float>(0.6 * top_rad_s)};
   const std::uint32_t before = motor->counters().errors();
   Caught c;
@@ -45,7 +47,9 @@ Caught catch_at(double share, double inductance_H, int cells, std::uint64_t seed
     const MotorState s = motor->telemetry().state;
     c.after_ms = s == MotorState::running || s == MotorState::handover ? std::min(c.after_ms, 1e3 * t) : 1e9;
   }
-  c.trips = motor->counters().errors() - before, c.peak_A = plant.peak, c.latched = motor->telemetry().latched;
+  c.trips = motor->counters().errors() - before;
+  c.peak_A = plant.peak;
+  c.latched = motor->telemetry().latched;
   return c;
 }
 
@@ -66,8 +70,11 @@ int main(int argc, char** argv) {
         double slowest_ms = 0.0, peak_A = 0.0;
         for (int seed = from; seed < from + draws; ++seed) {
           const Caught c = catch_at(share, inductance_H, cells, static_cast<std::uint64_t>(seed));
-          caught += c.after_ms <= 150.0, latched += c.latched, trips += c.trips;
-          slowest_ms = std::max(slowest_ms, c.after_ms), peak_A = std::max(peak_A, c.peak_A);
+          caught += c.after_ms <= 150.0;
+          latched += c.latched;
+          trips += c.trips;
+          slowest_ms = std::max(slowest_ms, c.after_ms);
+          peak_A = std::max(peak_A, c.peak_A);
         }
         met = met && caught >= 0.95 * draws && latched == 0;
         std::printf("| %.1f uH | %d | %.0f %% | %d of %d | %d | %u | %.0f ms | %.0f A |\n", 1e6 * inductance_H, cells, 100.0 * share,

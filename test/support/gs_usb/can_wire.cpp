@@ -24,7 +24,10 @@ void WireController::count_errors(int transmit, int receive) {
   receive_errors = std::clamp(receive_errors + receive, 0, kPassive);
   const int after = level(transmit_errors, receive_errors);
   if (after == before) return;
-  if (after == 3) on = false, to_send.clear();
+  if (after == 3) {
+    on = false;
+    to_send.clear();
+  }
   report(after == 3 ? Report::bus_off : after == 2 ? Report::passive : after == 1 ? Report::warning : Report::active);
 }
 

@@ -86,7 +86,8 @@ struct EmulatedCandlelight::Channel final : WireController {
         classes = 0x20;
         break;
     }
-    data[6] = static_cast<std::uint8_t>(std::min(transmit_errors, 255)), data[7] = static_cast<std::uint8_t>(std::min(receive_errors, 255));
+    data[6] = static_cast<std::uint8_t>(std::min(transmit_errors, 255));
+    data[7] = static_cast<std::uint8_t>(std::min(receive_errors, 255));
     push(kOfOthers, kError | classes, 8, 0, data, 0);
   }
 };

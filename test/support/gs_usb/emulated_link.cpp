@@ -92,7 +92,8 @@ void EmulatedLink::run() {
   if (plug_.unplugged()) {
     for (const Pending& p : out_) end(false, p.slot, UsbStatus::gone);
     for (const Pending& p : in_) end(true, p.slot, UsbStatus::gone);
-    out_.clear(), in_.clear();
+    out_.clear();
+    in_.clear();
     return;
   }
   run_out();

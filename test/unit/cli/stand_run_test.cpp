@@ -80,10 +80,16 @@ TEST(StandRunCommand, WritesByteForByteTheFolderOfTheLibraryCallAndPrintsItsSumm
                                    "-o",
                                    by_command.string()});
   stand_run::RunOptions o;
-  o.out = by_library, o.sequences = {"abab"}, o.rpm = {6000.0, 9000.0};
-  o.sequence.repeats = 2, o.sequence.hold_s = 0.5, o.sequence.zero_s = 1.0;
+  o.out = by_library;
+  o.sequences = {"abab"};
+  o.rpm = {6000.0, 9000.0};
+  o.sequence.repeats = 2;
+  o.sequence.hold_s = 0.5;
+  o.sequence.zero_s = 1.0;
   virtual_stand::VirtualRunOptions v;
-  v.plant = kPlant, v.seed = 3, v.strut = 0.1;
+  v.plant = kPlant;
+  v.seed = 3;
+  v.strut = 0.1;
   const modbus::StandSetup stand = setup();
   const stand_run::RunSummary summary = virtual_stand::run_virtually(stand, stand_run::plan_of(o, stand), o, v);
 
@@ -97,7 +103,8 @@ TEST(StandRunCommand, WritesByteForByteTheFolderOfTheLibraryCallAndPrintsItsSumm
                   called = stand::read_run_toml(by_library / stand::kFactsFile);
   EXPECT_EQ(called.version, "") << "who calls the library says by what it was made";
   EXPECT_THAT(written.version, testing::HasSubstr("rotorloop"));
-  written.version = called.version, written.started_utc = called.started_utc;
+  written.version = called.version;
+  written.started_utc = called.started_utc;
   EXPECT_EQ(stand::run_toml(written), stand::run_toml(called));
 
   EXPECT_EQ(nlohmann::ordered_json::parse(printed.out), stand_run::summary_json(by_command, summary));
@@ -115,9 +122,12 @@ TEST(StandRunCommand, ARunStoppedByALimitEndsWith4AndTheLibrarySaysWhichLimit) {
   const Printed printed = command(words);
   EXPECT_EQ(printed.exit_code, to_int(ExitCode::safety));
   stand_run::RunOptions o;
-  o.out = folder.path() / "library", o.rpm = {6000.0, 9000.0};
+  o.out = folder.path() / "library";
+  o.rpm = {6000.0, 9000.0};
   virtual_stand::VirtualRunOptions v;
-  v.plant = kPlant, v.dies = "cell", v.dies_at_s = 12.0;
+  v.plant = kPlant;
+  v.dies = "cell";
+  v.dies_at_s = 12.0;
   const modbus::StandSetup stand = setup();
   const auto summary = virtual_stand::run_virtually(stand, stand_run::plan_of(o, stand), o, v);
   ASSERT_TRUE(summary.trip);
@@ -130,7 +140,8 @@ TEST(StandRun, TheLibraryArmsNothingBeyondTheLimitsOfTheStandFile) {
   modbus::StandSetup stand = setup();
   stand.limits.at("thrust_N").max = 0.5;
   stand_run::RunOptions o;
-  o.out = folder.path() / "run", o.rpm = {6000.0, 9000.0};
+  o.out = folder.path() / "run";
+  o.rpm = {6000.0, 9000.0};
   virtual_stand::VirtualRunOptions v;
   v.plant = kPlant;
   try {

@@ -38,7 +38,10 @@ std::optional<Window> window_at(const log::FlightRecord& f, double from_s, const
        i < rotors.size() && rotors.t_s[i] < to_s; ++i) {
     double squares = 0.0;
     for (const double w : rotors.value[i]) squares += w * w;
-    if (squares == squares) sum += squares, n += 1.0;
+    if (squares == squares) {
+      sum += squares;
+      n += 1.0;
+    }
   }
   if (n < 10.0) return std::nullopt;
   // Height by a parabola over the window: its curvature is the mean acceleration.
@@ -50,7 +53,14 @@ std::optional<Window> window_at(const log::FlightRecord& f, double from_s, const
     const double t = pose.t_s[i] - from_s - 0.5 * o.window_s, z = pose.value[i].p_W_m.z();
     if (s0 == 0.0) first = pose.value[i].p_W_m;
     last = pose.value[i].p_W_m;
-    s0 += 1.0, s1 += t, s2 += t * t, s3 += t * t * t, s4 += t * t * t * t, z0 += z, z1 += z * t, z2 += z * t * t;
+    s0 += 1.0;
+    s1 += t;
+    s2 += t * t;
+    s3 += t * t * t;
+    s4 += t * t * t * t;
+    z0 += z;
+    z1 += z * t;
+    z2 += z * t * t;
     upright += (pose.value[i].q_WS * Eigen::Vector3d::UnitZ()).z();
   }
   if (s0 < 20.0) return std::nullopt;
@@ -76,7 +86,10 @@ FlightCoefficient flight_coefficient(const host::VehicleFile& v, std::optional<d
   const double variance =
       by_k1 * by_k1 * v.k1_N_s2.u * v.k1_N_s2.u + by_k2 * by_k2 * v.k2_N_s2_m.u * v.k2_N_s2_m.u + 2.0 * by_k1 * by_k2 * covariance;
   FlightCoefficient f;
-  f.what = "k1, k2 of " + v.name, f.c_t_N_s2 = q * u * u, f.u_N_s2 = std::sqrt(std::max(0.0, variance)), f.air_density_kg_m3 = rho;
+  f.what = "k1, k2 of " + v.name;
+  f.c_t_N_s2 = q * u * u;
+  f.u_N_s2 = std::sqrt(std::max(0.0, variance));
+  f.air_density_kg_m3 = rho;
   f.omega_rad_s = std::sqrt(v.mass_kg.value * kGravity_m_s2 / (4.0 * f.c_t_N_s2));
   const double r = covariance / (v.k1_N_s2.u * v.k2_N_s2_m.u);
   f.note = correlation ? fmt::format("correlation of k1 and k2 {:.3f}, as given", r)
@@ -102,7 +115,10 @@ std::optional<FlightCoefficient> hover_coefficient(const std::vector<log::Flight
   if (windows.size() < kFewestWindows) return std::nullopt;
   const double n = static_cast<double>(windows.size());
   double mean = 0.0, omega = 0.0, squares = 0.0, neighbours = 0.0;
-  for (const Window& w : windows) mean += w.c_t / n, omega += w.omega_rad_s / n;
+  for (const Window& w : windows) {
+    mean += w.c_t / n;
+    omega += w.omega_rad_s / n;
+  }
   for (std::size_t i = 0; i < windows.size(); ++i) {
     squares += std::pow(windows[i].c_t - mean, 2);
     if (i > 0) neighbours += (windows[i].c_t - mean) * (windows[i - 1].c_t - mean);
@@ -110,7 +126,10 @@ std::optional<FlightCoefficient> hover_coefficient(const std::vector<log::Flight
   const double r1 = std::clamp(neighbours / squares, 0.0, 0.95), effective = std::max(2.0, n * (1.0 - r1) / (1.0 + r1));
   const double scatter = std::sqrt(squares / (n - 1.0) / effective) / mean;
   FlightCoefficient f;
-  f.what = "hover, m g / Σ ω²", f.c_t_N_s2 = mean, f.air_density_kg_m3 = o.air_density_kg_m3, f.omega_rad_s = omega;
+  f.what = "hover, m g / Σ ω²";
+  f.c_t_N_s2 = mean;
+  f.air_density_kg_m3 = o.air_density_kg_m3;
+  f.omega_rad_s = omega;
   const double mass = o.mass_u_kg / o.mass_kg;
   f.u_N_s2 = mean * std::sqrt(scatter * scatter + mass * mass + 4.0 * o.speed_u * o.speed_u);
   f.note = fmt::format("{} windows of {:g} s: scatter {:.2f} %, mass {:.2f} %, rotor speed {:.2f} %", windows.size(), o.window_s,

@@ -26,8 +26,10 @@ PairComparison compare_pair(const Compared& a, const Compared& b, double margin,
   p.u = std::sqrt(std::max(1e-12, u_a * u_a + u_b * u_b - 2.0 * shared * shared));
   p.degrees = degrees_of(u_a, a.degrees, u_b, b.degrees);
   const double two_sided = student_quantile(0.95, p.degrees), one_sided = student_quantile(0.90, p.degrees);
-  p.low = p.d - two_sided * p.u, p.high = p.d + two_sided * p.u;
-  p.z = std::abs(p.d) / p.u, p.e_n = std::abs(p.d) / (2.0 * p.u);
+  p.low = p.d - two_sided * p.u;
+  p.high = p.d + two_sided * p.u;
+  p.z = std::abs(p.d) / p.u;
+  p.e_n = std::abs(p.d) / (2.0 * p.u);
   p.significant = p.low > 0.0 || p.high < 0.0;
   // A difference that is real and smaller than what matters is an equivalence: the margin is what matters.
   const bool within = std::abs(p.d) + one_sided * p.u < margin;
@@ -69,7 +71,10 @@ std::vector<Attribution> attribution(const AttributionInputs& in, double observe
     add("rotor to rotor", 0.0, in.rotor_scatter * std::sqrt(1.0 + 0.25), false, "one on the stand, four in flight");
   if (in.zero_share > 0.0) add("zero and hysteresis of the cell", 0.0, in.zero_share, true, "of the run's budget");
   Attribution sum{"sum", 0.0, 0.0, false, ""};
-  for (const Attribution& a : rows) sum.d += a.d, sum.u = std::hypot(sum.u, a.u);
+  for (const Attribution& a : rows) {
+    sum.d += a.d;
+    sum.u = std::hypot(sum.u, a.u);
+  }
   sum.note = fmt::format("remaining {:+.2f} %", 100.0 * (observed_d - sum.d));
   rows.push_back(sum);
   return rows;

@@ -31,7 +31,8 @@ Points points_of(const StandRun& run) {
     const double w2 = p.omega_rad_s[0] * p.omega_rad_s[0];
     out.J(i) = p.airspeed_m_s / (p.omega_rad_s[0] / (2.0 * std::numbers::pi) * run.facts.diameter_m);
     out.X.row(i) << w2, w2 * out.J(i) * out.J(i);
-    out.y(i) = p.torque_N_m, out.v_m_s(i) = p.airspeed_m_s;
+    out.y(i) = p.torque_N_m;
+    out.v_m_s(i) = p.airspeed_m_s;
     out.block.push_back(p.t_s == p.t_s ? static_cast<int>(p.t_s / 5.0) : static_cast<int>(i));
   }
   return out;
@@ -60,7 +61,8 @@ BlockFit fit_at(const Points& p, double v_m_s, Eigen::Index columns) {
   std::vector<int> block;
   for (Eigen::Index k = 0; k < X.rows(); ++k) {
     const Eigen::Index i = use[static_cast<std::size_t>(k)];
-    X.row(k) = p.X.row(i).head(columns), y(k) = p.y(i);
+    X.row(k) = p.X.row(i).head(columns);
+    y(k) = p.y(i);
     block.push_back(p.block[static_cast<std::size_t>(i)]);
   }
   return fit_in_blocks(X, y, block);
@@ -69,7 +71,10 @@ BlockFit fit_at(const Points& p, double v_m_s, Eigen::Index columns) {
 double rms_at(const Points& p, double v_m_s, const Eigen::VectorXd& c) {
   double sum = 0.0, n = 0.0;
   for (Eigen::Index i = 0; i < p.y.size(); ++i)
-    if (std::abs(p.v_m_s(i) - v_m_s) < kSameAirspeed_m_s) sum += std::pow(p.y(i) - p.X.row(i).head(c.size()).dot(c), 2), n += 1.0;
+    if (std::abs(p.v_m_s(i) - v_m_s) < kSameAirspeed_m_s) {
+      sum += std::pow(p.y(i) - p.X.row(i).head(c.size()).dot(c), 2);
+      n += 1.0;
+    }
   return std::sqrt(sum / n);
 }
 
@@ -77,8 +82,10 @@ double rms_at(const Points& p, double v_m_s, const Eigen::VectorXd& c) {
 double still_torque_N_m(const StandRun& still, double omega_rad_s) {
   double sum = 0.0, n = 0.0;
   for (const StandStep& s : still.steps)
-    if (s.torque_N_m == s.torque_N_m && s.omega_rad_s > 0.0 && std::abs(s.omega_rad_s / omega_rad_s - 1.0) < kSameSpeed)
-      sum += s.torque_N_m * std::pow(omega_rad_s / s.omega_rad_s, 2), n += 1.0;
+    if (s.torque_N_m == s.torque_N_m && s.omega_rad_s > 0.0 && std::abs(s.omega_rad_s / omega_rad_s - 1.0) < kSameSpeed) {
+      sum += s.torque_N_m * std::pow(omega_rad_s / s.omega_rad_s, 2);
+      n += 1.0;
+    }
   return n > 0.0 ? sum / n : kNotMeasured;
 }
 
@@ -94,16 +101,20 @@ std::optional<AdvanceTorque> advance_torque(const StandRun& still, std::span<con
       const double at_rest = s.omega_rad_s > 0.0 ? still_torque_N_m(still, s.omega_rad_s) : kNotMeasured;
       if (at_rest != at_rest || s.torque_N_m != s.torque_N_m || !(std::abs(s.airspeed_m_s) > 0.0)) continue;
       const double j_omega = 2.0 * std::numbers::pi * s.airspeed_m_s / still.facts.diameter_m, J = j_omega / s.omega_rad_s;
-      x.push_back(j_omega * j_omega), y.push_back(s.torque_N_m - at_rest);
+      x.push_back(j_omega * j_omega);
+      y.push_back(s.torque_N_m - at_rest);
       block.push_back(static_cast<int>(block.size()) / 2);
-      out.j_low = std::min(out.j_low, J), out.j_high = std::max(out.j_high, J);
+      out.j_low = std::min(out.j_low, J);
+      out.j_high = std::max(out.j_high, J);
     }
   if (x.size() < 6) return std::nullopt;
   const auto n = static_cast<Eigen::Index>(x.size());
   const Eigen::MatrixXd X = Eigen::Map<const Eigen::VectorXd>(x.data(), n);
   const Eigen::VectorXd Y = Eigen::Map<const Eigen::VectorXd>(y.data(), n);
   const BlockFit f = fit_in_blocks(X, Y, block);
-  out.c_q2_N_m_s2 = f.c(0), out.u2_N_m_s2 = f.u(0), out.rms_N_m = f.rms;
+  out.c_q2_N_m_s2 = f.c(0);
+  out.u2_N_m_s2 = f.u(0);
+  out.rms_N_m = f.rms;
   out.constant_rms_N_m = std::sqrt(Y.squaredNorm() / static_cast<double>(n));
   return out;
 }
@@ -114,9 +125,15 @@ std::optional<AdvanceTorque> advance_torque(const StandRun& run) {
   if (p.y.size() < 12 || p.J.maxCoeff() - p.J.minCoeff() < kLeastSpan) return std::nullopt;
   const BlockFit all = fit_in_blocks(p.X, p.y, p.block), constant = fit_in_blocks(p.X.leftCols(1), p.y, p.block);
   AdvanceTorque out;
-  out.c_q0_N_m_s2 = all.c(0), out.u0_N_m_s2 = all.u(0), out.c_q2_N_m_s2 = all.c(1), out.u2_N_m_s2 = all.u(1);
+  out.c_q0_N_m_s2 = all.c(0);
+  out.u0_N_m_s2 = all.u(0);
+  out.c_q2_N_m_s2 = all.c(1);
+  out.u2_N_m_s2 = all.u(1);
   out.correlation = all.covariance(0, 1) / std::sqrt(all.covariance(0, 0) * all.covariance(1, 1));
-  out.j_low = p.J.minCoeff(), out.j_high = p.J.maxCoeff(), out.rms_N_m = all.rms, out.constant_rms_N_m = constant.rms;
+  out.j_low = p.J.minCoeff();
+  out.j_high = p.J.maxCoeff();
+  out.rms_N_m = all.rms;
+  out.constant_rms_N_m = constant.rms;
   const auto speeds = airspeeds(p.v_m_s);
   for (const double from : speeds)
     for (const double to : speeds)

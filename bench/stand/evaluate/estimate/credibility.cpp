@@ -21,7 +21,10 @@ constexpr double kCurrentSeen_A = 0.05;                               // below t
 std::string anyway(std::string_view check) { return fmt::format("; where it is right all the same: --accept {}", check); }
 
 void drop_all(StandEstimate& e, std::string fault) {
-  e.thrust.reset(), e.torque.reset(), e.motor.reset(), e.dynamics.reset();
+  e.thrust.reset();
+  e.torque.reset();
+  e.motor.reset();
+  e.dynamics.reset();
   e.C_T = e.C_Q = e.C_P = e.reduced_c_t = e.reduced_c_q = e.grams_per_watt = kNotMeasured;
   e.faults.push_back(std::move(fault));
 }
@@ -44,7 +47,12 @@ Balance balance_of(const StandEstimate& e, const Useful& useful) {
     ++b.loaded;
     const double ratio = w / electrical;
     b.beyond += w > electrical * (1.0 + kPowerMargin);
-    if (ratio > b.worst) b.worst = ratio, b.at_rad_s = p.omega_rad_s, b.useful_W = w, b.electrical_W = electrical;
+    if (ratio > b.worst) {
+      b.worst = ratio;
+      b.at_rad_s = p.omega_rad_s;
+      b.useful_W = w;
+      b.electrical_W = electrical;
+    }
   }
   return b;
 }
@@ -74,7 +82,8 @@ bool is_driven(StandEstimate& e, const StandRun& run) {
   for (const StandStep& s : run.steps) {
     if (!(s.omega_rad_s > 0.0) || s.current_A != s.current_A) continue;
     most = std::max(most, std::abs(s.current_A));
-    negative += s.current_A <= 0.0, n += 1.0;
+    negative += s.current_A <= 0.0;
+    n += 1.0;
   }
   if (n == 0.0 || most < kCurrentSeen_A || negative < 0.8 * n) return false;
   drop_all(
@@ -150,12 +159,14 @@ void refuse_incredible(StandEstimate& e, const StandRun& run, const std::set<std
   if (e.dynamics && e.dynamics->inertia_kg_m2 && !(*e.dynamics->inertia_kg_m2 > 2.0 * e.dynamics->inertia_u_kg_m2.value_or(0.0))) {
     e.remarks.push_back(fmt::format("J = {:.3g} ± {:.2g} kg m² (u) is not above 0 beyond its u, and is left out",
                                     *e.dynamics->inertia_kg_m2, e.dynamics->inertia_u_kg_m2.value_or(0.0)));
-    e.dynamics->inertia_kg_m2.reset(), e.dynamics->inertia_u_kg_m2.reset();
+    e.dynamics->inertia_kg_m2.reset();
+    e.dynamics->inertia_u_kg_m2.reset();
   }
   if (!accepted.contains("still_air"))
     for (const auto& fault : {no_propeller(run), moving_air(e, run)})
       if (fault) return drop_all(e, *fault + anyway("still_air"));
-  check_coefficient(e, e.thrust, accepted), check_coefficient(e, e.torque, accepted);
+  check_coefficient(e, e.thrust, accepted);
+  check_coefficient(e, e.torque, accepted);
   if (!e.thrust && !e.torque) return;
   if (!accepted.contains("power_balance") && (is_driven(e, run) || !power_balances(e))) return;
   if (!accepted.contains("figure_of_merit")) check_figure_of_merit(e);

@@ -36,7 +36,10 @@ struct Work {
   Work(const FitRows& r, const FitLaw& l) : rows(r), law(l) {
     names = {"c"};
     if (l.exponent) names.emplace_back("exponent");
-    if (l.curved) names.emplace_back("curvature"), names.emplace_back("change of curvature");
+    if (l.curved) {
+      names.emplace_back("curvature");
+      names.emplace_back("change of curvature");
+    }
     if (l.zero) names.emplace_back("zero");
     if (l.running) names.emplace_back("running offset");
     if (l.drift) names.emplace_back("drift");
@@ -66,8 +69,20 @@ struct Work {
       X(i, 0) = s;
       if (law.exponent) X(i, 1) = s > 0.0 ? c * s * log_ratio(i) : 0.0;
       const double l = s > 0.0 ? log_ratio(i) : 0.0;
-      if (law.curved) X(i, 2) = c * s * l * l, X(i, 3) = c * s * l * l * l;
+      if (law.curved) {
+        X(i, 2) = c * s * l * l;
+        X(i, 3) = c * s * l * l * l;
+      }
     }
+  }
+  void move(const Eigen::VectorXd& change) {
+    c += change(0);
+    if (law.exponent) e = std::clamp(e + change(1), -kSteepest, kSteepest);
+    if (law.curved) {
+      f = std::clamp(f + change(2), -kSteepest, kSteepest);
+      g = std::clamp(g + change(3), -kSteepest, kSteepest);
+    }
+    linear += change.tail(linear.size());
   }
   Eigen::VectorXd predicted() const {
     Eigen::VectorXd p = X.rightCols(linear.size()) * linear;
@@ -90,27 +105,50 @@ Eigen::VectorXd deviations(const Work& w, const Eigen::VectorXd& residual) {
   return s;
 }
 
+// What the terms have of their own beside the rows: information, and what it asks for.
+struct Prior {
+  Eigen::VectorXd information, pull;
+};
+// `s2`: variance of a row of weight 1; the rows' weights know no unit, and it brings the priors to theirs.
+Prior prior_of(const Work& w, double s2) {
+  Prior p{.information = Eigen::VectorXd::Zero(w.X.cols()), .pull = Eigen::VectorXd::Zero(w.X.cols())};
+  const auto hold_at_zero = [&](Eigen::Index column, double now, double sd) {
+    p.information(column) = s2 / (sd * sd);
+    p.pull(column) = -p.information(column) * now;
+  };
+  const auto hold_linear = [&](Eigen::Index column, double sd) { hold_at_zero(column, w.linear(column - w.shape()), sd); };
+  if (w.law.exponent) hold_at_zero(1, w.e, kPriorExponent);
+  if (w.law.curved) {
+    hold_at_zero(2, w.f, kPriorCurvature);
+    hold_at_zero(3, w.g, kPriorThird);
+  }
+  if (w.law.running && w.rows.running_sd > 0.0) hold_linear(w.running_column(), w.rows.running_sd);
+  if (w.law.drift) hold_linear(w.drift_column(), kPriorDrift * w.rows.y.cwiseAbs().maxCoeff());
+  return p;
+}
+
 struct Solved {
   Eigen::VectorXd change;
   Eigen::MatrixXd inverse;  // of the normal equations, in the terms' units
 };
-// `prior`: information that the terms have of their own, and `pull` what it asks for.
-Solved solve(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Eigen::VectorXd& w, const Eigen::VectorXd& prior,
-             const Eigen::VectorXd& pull) {
+Solved solve(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Eigen::VectorXd& w, const Prior& prior) {
   Eigen::VectorXd scale = (X.array().square().colwise() * w.array()).colwise().sum().sqrt().transpose();
   for (auto& v : scale) v = v > 0.0 ? v : 1.0;
   const Eigen::VectorXd back = scale.cwiseInverse();
   const Eigen::MatrixXd A = X * back.asDiagonal();
   Eigen::MatrixXd information = A.transpose() * w.asDiagonal() * A;
-  information.diagonal() += prior.cwiseProduct(back.cwiseAbs2());
+  information.diagonal() += prior.information.cwiseProduct(back.cwiseAbs2());
   const LdltFactor normal(information);
-  const Eigen::VectorXd right = A.transpose() * w.cwiseProduct(y) + back.cwiseProduct(pull);
+  const Eigen::VectorXd right = A.transpose() * w.cwiseProduct(y) + back.cwiseProduct(prior.pull);
   return {back.cwiseProduct(normal.solve(right)), back.asDiagonal() * normal.inverse() * back.asDiagonal()};
 }
 
 void start(Work& w) {
   double yw = 0.0, ww = 0.0;
-  for (Eigen::Index i = 0; i < w.rows.y.size(); ++i) yw += w.rows.y(i) * w.square(i), ww += w.square(i) * w.square(i);
+  for (Eigen::Index i = 0; i < w.rows.y.size(); ++i) {
+    yw += w.rows.y(i) * w.square(i);
+    ww += w.square(i) * w.square(i);
+  }
   w.c = yw / ww;
 }
 
@@ -126,7 +164,7 @@ JointFit run(Work& w, const Eigen::VectorXd& frozen) {
   f.law = w.law;
   f.weight = frozen.size() == n ? frozen : Eigen::VectorXd::Ones(n);
   Solved solved;
-  Eigen::VectorXd total, prior = Eigen::VectorXd::Zero(k), pull = prior;
+  Eigen::VectorXd total;
   double s2 = 1.0;
   for (int round = 0; round < kMostRounds && !f.converged; ++round) {
     w.differentiate();
@@ -138,23 +176,10 @@ JointFit run(Work& w, const Eigen::VectorXd& frozen) {
       f.weight = (1.0 + (z.array() / scale).square()).inverse();
     }
     total = f.weight.array() / s.array().square();
-    // The rows' weights know no unit: s2 brings the priors to theirs.
     if (round > 0) s2 = std::max(1e-12, total.dot(f.residual.cwiseAbs2()) / std::max(1.0, f.weight.sum() - static_cast<double>(k)));
-    if (w.law.exponent) prior(1) = s2 / (kPriorExponent * kPriorExponent), pull(1) = -prior(1) * w.e;
-    if (w.law.curved) prior(2) = s2 / (kPriorCurvature * kPriorCurvature), pull(2) = -prior(2) * w.f;
-    if (w.law.curved) prior(3) = s2 / (kPriorThird * kPriorThird), pull(3) = -prior(3) * w.g;
-    const auto hold_at_zero = [&](Eigen::Index column, double sd) {
-      prior(column) = s2 / (sd * sd), pull(column) = -prior(column) * w.linear(column - w.shape());
-    };
-    if (w.law.running && rows.running_sd > 0.0) hold_at_zero(w.running_column(), rows.running_sd);
-    if (w.law.drift) hold_at_zero(w.drift_column(), kPriorDrift * rows.y.cwiseAbs().maxCoeff());
-    solved = solve(w.X, f.residual, total, prior, pull);
-    const Eigen::VectorXd& d = solved.change;
+    solved = solve(w.X, f.residual, total, prior_of(w, s2));
     const double before = w.c;
-    w.c += d(0);
-    if (w.law.exponent) w.e = std::clamp(w.e + d(1), -kSteepest, kSteepest);
-    if (w.law.curved) w.f = std::clamp(w.f + d(2), -kSteepest, kSteepest), w.g = std::clamp(w.g + d(3), -kSteepest, kSteepest);
-    w.linear += d.tail(w.linear.size());
+    w.move(solved.change);
     f.converged = round > 2 && std::abs(w.c - before) <= kSettled * std::abs(w.c);
   }
   w.differentiate();
@@ -167,7 +192,10 @@ JointFit run(Work& w, const Eigen::VectorXd& frozen) {
   Eigen::VectorXd value(k);
   value(0) = w.c;
   if (w.law.exponent) value(1) = w.e;
-  if (w.law.curved) value(2) = w.f, value(3) = w.g;
+  if (w.law.curved) {
+    value(2) = w.f;
+    value(3) = w.g;
+  }
   value.tail(w.linear.size()) = w.linear;
   for (Eigen::Index i = 0; i < k; ++i)
     f.terms.push_back({w.names[static_cast<std::size_t>(i)], value(i), std::sqrt(std::max(0.0, f.covariance(i, i)))});
@@ -180,7 +208,11 @@ FitRows drawn(const FitRows& rows, const std::vector<Eigen::Index>& which) {
   for (auto* v : {&out.y, &out.omega_rad_s, &out.t_s, &out.direction, &out.u}) v->resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Index j = which[static_cast<std::size_t>(i)];
-    out.y(i) = rows.y(j), out.omega_rad_s(i) = rows.omega_rad_s(j), out.t_s(i) = rows.t_s(j), out.direction(i) = rows.direction(j),
+    out.y(i) = rows.y(j);
+    out.omega_rad_s(i) = rows.omega_rad_s(j);
+    out.t_s(i) = rows.t_s(j);
+    out.direction(i) = rows.direction(j);
+
     out.u(i) = rows.u(j);
   }
   return out;
@@ -239,7 +271,10 @@ std::vector<JointFit> compare_laws(const FitRows& rows, const std::vector<FitLaw
   for (const FitLaw& law : laws) {
     Work w(rows, law);
     const JointFit f = run(w, {});
-    if (f.terms.size() >= most) most = f.terms.size(), weight = f.weight;
+    if (f.terms.size() >= most) {
+      most = f.terms.size();
+      weight = f.weight;
+    }
   }
   for (const FitLaw& law : laws) {
     Work w(rows, law);
@@ -272,7 +307,8 @@ Bootstrap bootstrap_c(const FitRows& rows, const JointFit& fit, int draws, std::
     if (f.converged && f.terms[0].value > 0.0) c.push_back(f.terms[0].value);
   }
   Bootstrap out;
-  out.draws = static_cast<int>(c.size()), out.seed = seed;
+  out.draws = static_cast<int>(c.size());
+  out.seed = seed;
   if (c.size() < 20) return out;
   // Half the width between the quantiles of ±1σ, as draws that miss a level altogether have long tails; and the plain factor by which
   // residuals of a fit of k terms fall short of the errors.

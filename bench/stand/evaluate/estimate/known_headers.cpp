@@ -157,9 +157,12 @@ void take_stand_columns(KnownCsv& out, const std::filesystem::path& path) {
     const std::string unit = parts_of(header).unit;
     const log::LogUnit* const u = log::find_written_unit(unit.empty() ? "s" : unit, "s");
     if (!u) continue;
-    out.mapping.time_column = header, out.mapping.s_per_unit = u->factor;
-    if (u->factor * usual_step(out.table.columns.at(header)) < kRecord_s)
-      out.mapping.average_s = kMeanOver_s, out.mapping.slope_max_rad_s2 = kRests_rad_s2;
+    out.mapping.time_column = header;
+    out.mapping.s_per_unit = u->factor;
+    if (u->factor * usual_step(out.table.columns.at(header)) < kRecord_s) {
+      out.mapping.average_s = kMeanOver_s;
+      out.mapping.slope_max_rad_s2 = kRests_rad_s2;
+    }
     break;
   }
 }

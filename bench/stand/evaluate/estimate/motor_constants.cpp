@@ -45,7 +45,10 @@ Steps usable_steps(const StandRun& run, double running_offset_N_m, double induct
     if (s.torque_N_m == s.torque_N_m && (s.torque_N_m - running_offset_N_m) * s.omega_rad_s < kLeastEfficiency * s.voltage_V * s.current_A)
       continue;
     out.electrical.push_back(electrical(s, run.facts.duty_along ? 0.0 : inductance_H * run.facts.pole_pairs));
-    if (s.winding_degC == s.winding_degC) warmth += s.winding_degC, warm += 1.0;
+    if (s.winding_degC == s.winding_degC) {
+      warmth += s.winding_degC;
+      warm += 1.0;
+    }
   }
   if (warm > 0.0) out.winding_degC = warmth / warm;
   return out;
@@ -111,7 +114,9 @@ std::optional<MotorConstants> motor_constants(const StandRun& run, double runnin
   const auto known = winding ? std::optional(KnownMotor{winding->phase_ohm, half_turn}) : std::nullopt;
   const VoltageFit f = fit_voltage(e, along, known);
   MotorConstants m;
-  m.steps = e.size(), m.relative_rms = f.rms, m.winding = winding;
+  m.steps = e.size();
+  m.relative_rms = f.rms;
+  m.winding = winding;
   const double relative_V = run.known.voltage.u, relative_A = run.known.current.u;
   m.emf_V_s = {f.emf_V_s.value, std::hypot(f.emf_V_s.u, f.emf_V_s.value * relative_V)};
   if (winding) {
@@ -119,7 +124,8 @@ std::optional<MotorConstants> motor_constants(const StandRun& run, double runnin
     // An R that is higher by its u leaves this much less for the rotor.
     const double by_resistance = fit_voltage(e, along, KnownMotor{winding->phase_ohm + u_ohm, half_turn}).emf_V_s.value - m.emf_V_s.value;
     m.emf_V_s.u = std::hypot(m.emf_V_s.u, by_resistance);
-    m.resistance_ohm = {winding->phase_ohm, u_ohm}, m.winding_degC = winding->degC;
+    m.resistance_ohm = {winding->phase_ohm, u_ohm};
+    m.winding_degC = winding->degC;
   } else {
     m.resistance_ohm = {f.resistance_ohm.value,
                         std::hypot(f.resistance_ohm.u, f.resistance_ohm.value * std::hypot(relative_V, relative_A))};

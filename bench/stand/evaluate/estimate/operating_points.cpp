@@ -39,19 +39,24 @@ std::vector<OperatingPoint> operating_points(const StandRun& run, const Coeffici
   std::vector<OperatingPoint> all(run.steps.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const StandStep& s = run.steps[i];
-    all[i].omega_rad_s = s.omega_rad_s, all[i].supply_V = s.voltage_V;
-    all[i].current_A = or_nothing(s.current_A), all[i].motor_V = motor_voltage(s, run.facts);
+    all[i].omega_rad_s = s.omega_rad_s;
+    all[i].supply_V = s.voltage_V;
+    all[i].current_A = or_nothing(s.current_A);
+    all[i].motor_V = motor_voltage(s, run.facts);
   }
   const auto take = [&](const CoefficientEstimate* c, double OperatingPoint::*value) {
     if (!c) return;
     double most = 0.0;
     for (std::size_t row = 0; row < c->rows.step.size(); ++row)
-      if (OperatingPoint& p = all[c->rows.step[row]]; p.omega_rad_s > 0.0)
-        p.*value = of_rotor_alone(*c, static_cast<Eigen::Index>(row)), most = std::max(most, p.*value);
+      if (OperatingPoint& p = all[c->rows.step[row]]; p.omega_rad_s > 0.0) {
+        p.*value = of_rotor_alone(*c, static_cast<Eigen::Index>(row));
+        most = std::max(most, p.*value);
+      }
     for (OperatingPoint& p : all)
       if (!(p.*value > kLeastThrust * most)) p.*value = kNotMeasured;
   };
-  take(thrust, &OperatingPoint::thrust_N), take(torque, &OperatingPoint::torque_N_m);
+  take(thrust, &OperatingPoint::thrust_N);
+  take(torque, &OperatingPoint::torque_N_m);
   std::erase_if(all,
                 [](const OperatingPoint& p) { return !(p.omega_rad_s > 0.0) || (std::isnan(p.thrust_N) && std::isnan(p.torque_N_m)); });
   return all;
@@ -81,7 +86,10 @@ std::vector<OperatingPoint> levels_of(std::vector<OperatingPoint> points) {
                                           &OperatingPoint::supply_V, &OperatingPoint::current_A, &OperatingPoint::motor_V}) {
       double sum = 0.0, n = 0.0;
       for (const OperatingPoint* p : group)
-        if (std::isfinite(p->*value)) sum += p->*value, n += 1.0;
+        if (std::isfinite(p->*value)) {
+          sum += p->*value;
+          n += 1.0;
+        }
       mean.*value = n > 0.0 ? sum / n : kNotMeasured;
     }
     out.push_back(mean);

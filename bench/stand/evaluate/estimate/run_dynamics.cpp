@@ -73,7 +73,10 @@ double few_blocks(std::size_t blocks) {
 std::optional<TimeConstant> pooled(const std::vector<TimeConstant>& all) {
   if (all.empty()) return std::nullopt;
   std::vector<double> tau, delay;
-  for (const auto& t : all) tau.push_back(t.value_s), delay.push_back(t.delay_s);
+  for (const auto& t : all) {
+    tau.push_back(t.value_s);
+    delay.push_back(t.delay_s);
+  }
   TimeConstant out{median(tau), 0.0, median(delay), all.size()};
   double mean = 0.0, squares = 0.0;
   for (const double t : tau) mean += t / static_cast<double>(tau.size());
@@ -108,7 +111,8 @@ std::vector<InertiaRow> inertia_rows(const SampleSeries& s, const std::vector<Tr
     for (std::size_t i = std::max<std::size_t>(1 + kSmearAfter, all[k].from); i < all[k].to && i + kSmearBefore < s.t_s.size(); ++i) {
       if (!(s.omega_rad_s[i - 1] > 0.0) || !(s.omega_rad_s[i] > 0.0)) continue;
       InertiaRow row;
-      row.torque_N_m = 0.5 * (s.torque_N_m[i] + s.torque_N_m[i - 1]) - offset, row.block = static_cast<int>(k);
+      row.torque_N_m = 0.5 * (s.torque_N_m[i] + s.torque_N_m[i - 1]) - offset;
+      row.block = static_cast<int>(k);
       bool whole = std::isfinite(row.torque_N_m);
       for (int lag = -kSmearBefore; lag <= kSmearAfter; ++lag) {
         const auto j = static_cast<std::size_t>(static_cast<int>(i) - lag), tap = static_cast<std::size_t>(lag + kSmearBefore);
@@ -132,7 +136,8 @@ BlockFit fit_inertia_once(const std::vector<InertiaRow>& rows, Smear& smear) {
     const InertiaRow& row = rows[static_cast<std::size_t>(i)];
     y(i) = row.torque_N_m;
     for (std::size_t k = 0; k < kTaps; ++k) y(i) -= smear[k] * row.static_N_m[k];
-    X(i, 0) = row.slope_rad_s2[kSmearBefore], X(i, kTaps) = 1.0;
+    X(i, 0) = row.slope_rad_s2[kSmearBefore];
+    X(i, kTaps) = 1.0;
     for (Eigen::Index k = 1; k < kTaps; ++k)
       X(i, k) = row.slope_rad_s2[static_cast<std::size_t>(k <= kSmearBefore ? k - 1 : k)] - row.slope_rad_s2[kSmearBefore];
     block.push_back(row.block);
@@ -158,7 +163,10 @@ double noise_share(const std::vector<InertiaRow>& rows) {
     for (std::size_t i = first; i < last; ++i) {
       const double slope = rows[i].slope_rad_s2[kSmearBefore];
       all += slope * slope;
-      if (3 * (i - first) >= 2 * (last - first)) settled += slope * slope, ++settled_rows;
+      if (3 * (i - first) >= 2 * (last - first)) {
+        settled += slope * slope;
+        ++settled_rows;
+      }
     }
     first = last;
   }
@@ -201,7 +209,8 @@ void fit_inertia(RunDynamics& out, const StandRun& run, const std::vector<Transi
   smear[kSmearBefore] = 1.0;
   for (int round = 0; round < kRounds; ++round) {
     const BlockFit f = fit_inertia_once(rows, smear);
-    out.inertia_kg_m2 = f.c(0),
+    out.inertia_kg_m2 = f.c(0);
+
     out.inertia_u_kg_m2 = std::hypot(few_blocks(f.blocks) * f.u(0), inertia_type_b(run.known) * f.c(0), trapezoid_error(out, s) * f.c(0));
   }
 }
@@ -218,15 +227,22 @@ SpectralPoint transfer(const std::vector<double>& x, const std::vector<double>& 
   double sxx = 0.0, syy = 0.0;
   for (std::size_t from = 0; from + length <= x.size(); from += length / 2) {
     double mx = 0.0, my = 0.0;
-    for (std::size_t i = 0; i < length; ++i) mx += x[from + i], my += y[from + i];
-    mx /= static_cast<double>(length), my /= static_cast<double>(length);
+    for (std::size_t i = 0; i < length; ++i) {
+      mx += x[from + i];
+      my += y[from + i];
+    }
+    mx /= static_cast<double>(length);
+    my /= static_cast<double>(length);
     Complex a = 0.0, b = 0.0;
     for (std::size_t i = 0; i < length; ++i) {
       const double hann = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(length));
       const Complex turn = std::polar(hann, -2.0 * std::numbers::pi * f_Hz * dt * static_cast<double>(i));
-      a += turn * (x[from + i] - mx), b += turn * (y[from + i] - my);
+      a += turn * (x[from + i] - mx);
+      b += turn * (y[from + i] - my);
     }
-    sxy += std::conj(a) * b, sxx += std::norm(a), syy += std::norm(b);
+    sxy += std::conj(a) * b;
+    sxx += std::norm(a);
+    syy += std::norm(b);
   }
   if (!(sxx > 0.0) || !(syy > 0.0)) return {};
   return {sxy / sxx, std::norm(sxy) / (sxx * syy)};
@@ -241,13 +257,21 @@ std::optional<Bandwidth> bandwidth(const SampleSeries& s) {
     const bool moves = s.target_rad_s[i] != s.target_rad_s[i - 1];
     since = moves ? 0 : since + 1;
     if (!(s.target_rad_s[i] > 0.0) || static_cast<double>(since) * dt > 0.5) {
-      if (x.size() > best_x.size()) best_x = x, best_y = y;
-      x.clear(), y.clear();
+      if (x.size() > best_x.size()) {
+        best_x = x;
+        best_y = y;
+      }
+      x.clear();
+      y.clear();
       continue;
     }
-    x.push_back(s.target_rad_s[i]), y.push_back(s.omega_rad_s[i]);
+    x.push_back(s.target_rad_s[i]);
+    y.push_back(s.omega_rad_s[i]);
   }
-  if (x.size() > best_x.size()) best_x = x, best_y = y;
+  if (x.size() > best_x.size()) {
+    best_x = x;
+    best_y = y;
+  }
   const std::size_t length = 2 * best_x.size() / (kSegments + 1);
   if (static_cast<double>(length) * dt < 0.5) return std::nullopt;
   Bandwidth out;
@@ -272,10 +296,14 @@ std::optional<Bandwidth> bandwidth(const SampleSeries& s) {
       crossed(gain, out.gain_dB.back(), -3.0103, out.minus_3dB_Hz);
       crossed(phase, out.phase_deg.back(), -90.0, out.minus_90deg_Hz);
     }
-    out.f_Hz.push_back(f), out.gain_dB.push_back(gain), out.phase_deg.push_back(phase), out.coherence.push_back(p.coherence);
+    out.f_Hz.push_back(f);
+    out.gain_dB.push_back(gain);
+    out.phase_deg.push_back(phase);
+    out.coherence.push_back(p.coherence);
   }
   if (out.f_Hz.size() < 4) return std::nullopt;
-  out.from_Hz = out.f_Hz.front(), out.to_Hz = out.f_Hz.back();
+  out.from_Hz = out.f_Hz.front();
+  out.to_Hz = out.f_Hz.back();
   return out;
 }
 
@@ -289,7 +317,9 @@ std::optional<RunDynamics> run_dynamics(const StandRun& run, std::optional<doubl
   std::vector<TimeConstant> up, down;
   for (const Transition& t : all)
     if (const auto lag = fit_lag(s, t)) (t.after_rad_s > t.before_rad_s ? up : down).push_back(*lag);
-  out.up = pooled(up), out.down = pooled(down), out.transitions = all.size();
+  out.up = pooled(up);
+  out.down = pooled(down);
+  out.transitions = all.size();
   if (c_q) fit_inertia(out, run, all, *c_q, exponent, centre, offset);
   out.bandwidth = bandwidth(s);
   if (!out.up && !out.down && !out.inertia_kg_m2 && !out.bandwidth && out.no_inertia.empty()) return std::nullopt;

@@ -30,8 +30,10 @@ FitRows rows_for(const StandRun& run, bool thrust, double centre) {
   for (auto* v : {&r.y, &r.omega_rad_s, &r.t_s, &r.direction, &r.u}) v->resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const StandStep& s = run.steps[r.step[static_cast<std::size_t>(i)]];
-    r.y(i) = thrust ? s.thrust_N : s.torque_N_m, r.u(i) = thrust ? s.thrust_u_N : s.torque_u_N_m;
-    r.omega_rad_s(i) = s.omega_rad_s, r.direction(i) = s.direction;
+    r.y(i) = thrust ? s.thrust_N : s.torque_N_m;
+    r.u(i) = thrust ? s.thrust_u_N : s.torque_u_N_m;
+    r.omega_rad_s(i) = s.omega_rad_s;
+    r.direction(i) = s.direction;
     r.t_s(i) = s.t_s == s.t_s ? s.t_s : static_cast<double>(i);
     r.block.push_back(s.block);
   }
@@ -53,7 +55,10 @@ std::size_t levels(const FitRows& r) {
   std::size_t n = 0;
   double last = -1.0;
   for (const double v : w)
-    if (v > last * (1.0 + kLevelsApart)) ++n, last = v;
+    if (v > last * (1.0 + kLevelsApart)) {
+      ++n;
+      last = v;
+    }
   return n;
 }
 
@@ -111,8 +116,14 @@ Laws laws_for(const RunShape& s, bool thrust) {
     FitLaw other = base;
     other.running = !base.running;
     add(other);
-    if (base.running) other.exponent = true, add(other);
-    if (s.levels >= 8) exponent.curved = true, add(exponent);
+    if (base.running) {
+      other.exponent = true;
+      add(other);
+    }
+    if (s.levels >= 8) {
+      exponent.curved = true;
+      add(exponent);
+    }
   }
   return out;
 }
@@ -144,7 +155,9 @@ std::size_t chosen_law(const Laws& laws, const std::vector<JointFit>& fits) {
 
 CoefficientEstimate estimate_channel(const StandRun& run, bool thrust, double centre, const EstimateOptions& o) {
   CoefficientEstimate e;
-  e.channel = thrust ? "thrust" : "torque", e.name = thrust ? "c_t" : "c_q", e.unit = thrust ? "N s^2" : "N m s^2";
+  e.channel = thrust ? "thrust" : "torque";
+  e.name = thrust ? "c_t" : "c_q";
+  e.unit = thrust ? "N s^2" : "N m s^2";
   e.rows = rows_for(run, thrust, centre);
   const RunShape shape = shape_of(run, e.rows);
   const Laws laws = laws_for(shape, thrust);
@@ -156,9 +169,13 @@ CoefficientEstimate estimate_channel(const StandRun& run, bool thrust, double ce
   e.square_fails = chosen != laws.base && fits[laws.base].aicc > fits[chosen].aicc + kAicLoss;
   e.proportional = fits[laws.square].terms[0].value;
   e.fit = fit_jointly(e.rows, laws.all[chosen]);
-  e.value = e.fit.terms[0].value, e.model_based_u = e.fit.terms[0].u;
+  e.value = e.fit.terms[0].value;
+  e.model_based_u = e.fit.terms[0].u;
   for (const FittedTerm& t : e.fit.terms)
-    if (t.name == "exponent") e.exponent = 2.0 + t.value, e.exponent_u = t.u;
+    if (t.name == "exponent") {
+      e.exponent = 2.0 + t.value;
+      e.exponent_u = t.u;
+    }
   e.bootstrap = bootstrap_c(e.rows, e.fit, o.draws, o.seed);
   name_outliers(e, thrust ? "N" : "N m");
   return e;
@@ -192,7 +209,10 @@ void derive(StandEstimate& e, const StandRun& run, const EstimateOptions& o) {
   }
   if (rho > 0.0 && D > 0.0) {
     if (e.thrust) e.C_T = e.thrust->value * per_n2 / (rho * std::pow(D, 4));
-    if (e.torque) e.C_Q = e.torque->value * per_n2 / (rho * std::pow(D, 5)), e.C_P = 2.0 * std::numbers::pi * e.C_Q;
+    if (e.torque) {
+      e.C_Q = e.torque->value * per_n2 / (rho * std::pow(D, 5));
+      e.C_P = 2.0 * std::numbers::pi * e.C_Q;
+    }
     if (e.thrust && e.torque) {
       const double area = 0.25 * std::numbers::pi * D * D, c_t = e.thrust->value;
       e.figure_of_merit = c_t * std::sqrt(c_t / (2.0 * rho * area)) / e.torque->value;
@@ -201,8 +221,10 @@ void derive(StandEstimate& e, const StandRun& run, const EstimateOptions& o) {
   double nearest = 1e300;
   for (const StandStep& s : run.steps)
     if (const double away = std::abs(s.omega_rad_s - e.centre_rad_s);
-        s.omega_rad_s > 0.0 && s.voltage_V * s.current_A > 0.0 && s.thrust_N > 0.0 && away < nearest)
-      nearest = away, e.grams_per_watt = 1000.0 * s.thrust_N / kGravity_m_s2 / (s.voltage_V * s.current_A);
+        s.omega_rad_s > 0.0 && s.voltage_V * s.current_A > 0.0 && s.thrust_N > 0.0 && away < nearest) {
+      nearest = away;
+      e.grams_per_watt = 1000.0 * s.thrust_N / kGravity_m_s2 / (s.voltage_V * s.current_A);
+    }
 }
 
 }  // namespace
@@ -210,13 +232,19 @@ void derive(StandEstimate& e, const StandRun& run, const EstimateOptions& o) {
 std::array<double, 2> speeds_of(const StandRun& run) {
   std::array<double, 2> w{std::numeric_limits<double>::infinity(), 0.0};
   for (const StandStep& s : run.steps)
-    if (s.omega_rad_s > 0.0) w[0] = std::min(w[0], s.omega_rad_s), w[1] = std::max(w[1], s.omega_rad_s);
+    if (s.omega_rad_s > 0.0) {
+      w[0] = std::min(w[0], s.omega_rad_s);
+      w[1] = std::max(w[1], s.omega_rad_s);
+    }
   return w;
 }
 
 StandEstimate estimate_stand(const StandRun& run, const EstimateOptions& o) {
   StandEstimate e;
-  e.name = run.name, e.facts = run.facts, e.remarks = run.remarks, e.samples = run.samples;
+  e.name = run.name;
+  e.facts = run.facts;
+  e.remarks = run.remarks;
+  e.samples = run.samples;
   for (const StandFault& f : run.checked.faults)
     e.faults.push_back(f.channel + " " + f.what + (f.likely.empty() ? "" : "; likely: " + f.likely));
   for (const StandStep& s : run.steps) s.omega_rad_s > 0.0 ? ++e.steps : ++e.zeros;

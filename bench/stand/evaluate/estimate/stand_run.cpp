@@ -26,7 +26,11 @@ constexpr std::size_t kMostBlocks = 120;  // of a bootstrap; files of single row
 struct Mean {
   double sum = 0.0, squares = 0.0, n = 0.0;
   void add(double v) {
-    if (v == v) sum += v, squares += v * v, n += 1.0;
+    if (v == v) {
+      sum += v;
+      squares += v * v;
+      n += 1.0;
+    }
   }
   double value() const { return n > 0.0 ? sum / n : kNotMeasured; }
 };
@@ -72,12 +76,24 @@ StandStep merged(const StandRecord& r, const std::vector<StandPoint>& p, std::si
   Mean t, w, thrust, torque, voltage, current, duty, air;
   for (std::size_t i = from; i < to; ++i) {
     const StandStep one = step_of(r, p[i]);
-    t.add(one.t_s), w.add(one.omega_rad_s), thrust.add(one.thrust_N), torque.add(one.torque_N_m), voltage.add(one.voltage_V);
-    current.add(one.current_A), duty.add(one.duty), air.add(one.airspeed_m_s);
+    t.add(one.t_s);
+    w.add(one.omega_rad_s);
+    thrust.add(one.thrust_N);
+    torque.add(one.torque_N_m);
+    voltage.add(one.voltage_V);
+    current.add(one.current_A);
+    duty.add(one.duty);
+    air.add(one.airspeed_m_s);
   }
   StandStep s;
-  s.t_s = t.value(), s.omega_rad_s = w.value(), s.thrust_N = thrust.value(), s.torque_N_m = torque.value(), s.voltage_V = voltage.value();
-  s.current_A = current.value(), s.duty = duty.value(), s.airspeed_m_s = air.value();
+  s.t_s = t.value();
+  s.omega_rad_s = w.value();
+  s.thrust_N = thrust.value();
+  s.torque_N_m = torque.value();
+  s.voltage_V = voltage.value();
+  s.current_A = current.value();
+  s.duty = duty.value();
+  s.airspeed_m_s = air.value();
   return s;
 }
 
@@ -146,12 +162,15 @@ void read_run_facts(const std::filesystem::path& file, StandRun& run, StandRecor
   const RunFacts& f = run.facts = read_run_toml(file);
   run.known = stand_uncertainty(f.uncertainty, "run");
   if (f.diameter_m == f.diameter_m) record.diameter_m = f.diameter_m;
-  if (f.air_density_kg_m3 == f.air_density_kg_m3)
-    record.air_density_kg_m3 = f.air_density_kg_m3, record.density_given = true;
-  else if (f.air_temperature_degC == f.air_temperature_degC)
-    record.air_density_kg_m3 =
-        moist_air_kg_m3(273.15 + f.air_temperature_degC, f.air_pressure_Pa, f.air_humidity == f.air_humidity ? f.air_humidity : 0.5),
+  if (f.air_density_kg_m3 == f.air_density_kg_m3) {
+    record.air_density_kg_m3 = f.air_density_kg_m3;
     record.density_given = true;
+  } else if (f.air_temperature_degC == f.air_temperature_degC) {
+    record.air_density_kg_m3 =
+        moist_air_kg_m3(273.15 + f.air_temperature_degC, f.air_pressure_Pa, f.air_humidity == f.air_humidity ? f.air_humidity : 0.5);
+
+    record.density_given = true;
+  }
   if (f.airspeed_m_s == f.airspeed_m_s)
     for (StandPoint& p : record.points) p.airspeed_m_s = f.airspeed_m_s;
 }
@@ -166,8 +185,12 @@ std::vector<StandStep> holds(const log::ColumnTable& t, const StandRecord& r) {
     if (step[first] == step[first]) {
       StandStep s = merged(r, r.points, first, last);
       std::vector<double> thrust, torque;
-      for (std::size_t i = first; i < last; ++i) thrust.push_back(r.points[i].thrust_N), torque.push_back(r.points[i].torque_N_m);
-      s.thrust_u_N = standard_error(thrust), s.torque_u_N_m = standard_error(torque);
+      for (std::size_t i = first; i < last; ++i) {
+        thrust.push_back(r.points[i].thrust_N);
+        torque.push_back(r.points[i].torque_N_m);
+      }
+      s.thrust_u_N = standard_error(thrust);
+      s.torque_u_N_m = standard_error(torque);
       if (s.omega_rad_s < kAtRest_rad_s) s.omega_rad_s = 0.0;
       out.push_back(s);
     }
@@ -193,8 +216,14 @@ StandRecord record_of_holds(StandRecord r, const std::vector<StandStep>& steps) 
   r.points.clear();
   for (const StandStep& s : steps) {
     StandPoint p;
-    p.t_s = s.t_s, p.omega_rad_s[0] = s.omega_rad_s, p.thrust_N = s.thrust_N, p.torque_N_m = s.torque_N_m;
-    p.voltage_V = s.voltage_V, p.current_A = s.current_A, p.airspeed_m_s = s.airspeed_m_s, p.command = s.duty;
+    p.t_s = s.t_s;
+    p.omega_rad_s[0] = s.omega_rad_s;
+    p.thrust_N = s.thrust_N;
+    p.torque_N_m = s.torque_N_m;
+    p.voltage_V = s.voltage_V;
+    p.current_A = s.current_A;
+    p.airspeed_m_s = s.airspeed_m_s;
+    p.command = s.duty;
     p.row = r.points.size() + 1;
     r.points.push_back(p);
   }
@@ -223,7 +252,10 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
     RunOptions with = o;
     if (!with.known) with.known = run.known;
     StandRun out = stand_run(std::move(record), with);
-    out.facts.motor = run.facts.motor, out.facts.propeller = run.facts.propeller, out.facts.mount = run.facts.mount,
+    out.facts.motor = run.facts.motor;
+    out.facts.propeller = run.facts.propeller;
+    out.facts.mount = run.facts.mount;
+
     out.facts.pole_pairs = run.facts.pole_pairs;
     out.remarks.insert(out.remarks.begin(), csv.remarks.begin(), csv.remarks.end());
     return out;
@@ -236,9 +268,12 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
   const bool steady = std::any_of(run.steps.begin(), run.steps.end(), [](const StandStep& s) { return s.omega_rad_s > 0.0; });
   if (steady) run.checked = check_stand(record_of_holds(record, run.steps));
   drop_misread(run);
-  run.facts.diameter_m = record.diameter_m, run.facts.air_density_kg_m3 = record.air_density_kg_m3;
+  run.facts.diameter_m = record.diameter_m;
+  run.facts.air_density_kg_m3 = record.air_density_kg_m3;
   run.remarks = csv.remarks;
-  mark_directions(run.steps), number_blocks(run.steps), take_options(run, o, record.density_given);
+  mark_directions(run.steps);
+  number_blocks(run.steps);
+  take_options(run, o, record.density_given);
   return run;
 }
 
@@ -247,8 +282,10 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
 StandRun stand_run(StandRecord record, const RunOptions& o) {
   StandRun run;
   run.name = record.name;
-  run.facts.motor = record.motor, run.facts.propeller = record.propeller;
-  run.facts.diameter_m = record.diameter_m, run.facts.air_density_kg_m3 = record.air_density_kg_m3;
+  run.facts.motor = record.motor;
+  run.facts.propeller = record.propeller;
+  run.facts.diameter_m = record.diameter_m;
+  run.facts.air_density_kg_m3 = record.air_density_kg_m3;
   const RestPoints at_rest_in(record);
   std::vector<StandPoint> rest;
   std::copy_if(record.points.begin(), record.points.end(), std::back_inserter(rest),
@@ -261,7 +298,10 @@ StandRun stand_run(StandRecord record, const RunOptions& o) {
   const bool timed = !record.points.empty() && record.points.front().t_s == record.points.front().t_s;
   run.checked = check_stand(std::move(record));
   const StandRecord& r = run.checked.record;
-  for (StandPoint& p : rest) p.thrust_N *= run.checked.thrust_sign, p.torque_N_m *= run.checked.torque_sign;
+  for (StandPoint& p : rest) {
+    p.thrust_N *= run.checked.thrust_sign;
+    p.torque_N_m *= run.checked.torque_sign;
+  }
   std::vector<StandPoint> all = r.points;
   all.insert(all.end(), rest.begin(), rest.end());
   std::stable_sort(all.begin(), all.end(), [&](const StandPoint& a, const StandPoint& b) { return timed ? a.t_s < b.t_s : a.row < b.row; });
@@ -270,7 +310,9 @@ StandRun stand_run(StandRecord record, const RunOptions& o) {
   else
     for (const auto& p : all) run.steps.push_back(step_of(r, p));
   take_off_resting_current(run);
-  mark_directions(run.steps), number_blocks(run.steps), take_options(run, o, record.density_given);
+  mark_directions(run.steps);
+  number_blocks(run.steps);
+  take_options(run, o, record.density_given);
   run.remarks.insert(run.remarks.begin(), r.notes.begin(), r.notes.end());
   run.remarks.insert(run.remarks.end(), run.checked.notes.begin(), run.checked.notes.end());
   return run;

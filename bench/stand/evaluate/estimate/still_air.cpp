@@ -33,7 +33,9 @@ Group middle_of(const StandRun& run, const Take& take) {
   std::vector<double> speed, power, thrust, torque;
   for (const StandStep& s : run.steps) {
     if (!take(s) || std::isnan(s.voltage_V * s.current_A * s.thrust_N)) continue;
-    speed.push_back(s.omega_rad_s), power.push_back(s.voltage_V * s.current_A), thrust.push_back(s.thrust_N);
+    speed.push_back(s.omega_rad_s);
+    power.push_back(s.voltage_V * s.current_A);
+    thrust.push_back(s.thrust_N);
     torque.push_back(s.torque_N_m);
   }
   if (speed.empty()) return {};

@@ -18,7 +18,10 @@ double law_spread(const CoefficientEstimate& e) {
   double low = e.value, high = e.value;
   // Only laws as good as the chosen one to within evidence of 1 to 3 count: others have been refuted.
   for (const LawRow& l : e.laws)
-    if (l.aicc_loss < 2.0) low = std::min(low, l.c), high = std::max(high, l.c);
+    if (l.aicc_loss < 2.0) {
+      low = std::min(low, l.c);
+      high = std::max(high, l.c);
+    }
   return (high - low) / e.value / std::sqrt(12.0);
 }
 
@@ -54,11 +57,15 @@ void add_budget(CoefficientEstimate& e, const StandRun& run, const CoefficientEs
   // Where the widest law stands, its priors hold what is not known of the law: it is in the scatter (model-based) already.
   if (!(law.curved && law.running)) add("law of speed", law_spread(e), "run");
   double squares = 0.0, over_degrees = 0.0;
-  for (const BudgetTerm& t : e.budget) squares += t.u * t.u, over_degrees += std::pow(t.u, 4) / t.degrees;
+  for (const BudgetTerm& t : e.budget) {
+    squares += t.u * t.u;
+    over_degrees += std::pow(t.u, 4) / t.degrees;
+  }
   e.u = e.value * std::sqrt(squares);
   e.degrees = over_degrees > 0.0 ? squares * squares / over_degrees : 1e6;
   const double half = coverage_factor(std::min(e.degrees, 1e6)) * e.u;
-  e.low = e.value - half, e.high = e.value + half;
+  e.low = e.value - half;
+  e.high = e.value + half;
 }
 
 }  // namespace rotorloop::stand

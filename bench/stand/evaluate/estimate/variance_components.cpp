@@ -53,9 +53,13 @@ VarianceComponents variance_components(const std::vector<LabelledValue>& values)
   out.values = values.size();
   std::map<std::string, std::map<std::string, std::vector<double>>> groups;
   double mean = 0.0;
-  for (const LabelledValue& v : values) groups[v.propeller][v.mount].push_back(std::log(v.value)), mean += std::log(v.value);
+  for (const LabelledValue& v : values) {
+    groups[v.propeller][v.mount].push_back(std::log(v.value));
+    mean += std::log(v.value);
+  }
   mean /= static_cast<double>(std::max<std::size_t>(1, values.size()));
-  out.mean = std::exp(mean), out.propellers = groups.size();
+  out.mean = std::exp(mean);
+  out.propellers = groups.size();
   const double N = static_cast<double>(values.size());
   double ss_propeller = 0.0, ss_mount = 0.0, ss_repeat = 0.0;
   double squares_of_propellers = 0.0, squares_of_mounts = 0.0, squares_within = 0.0;  // Σ n², Σ n_ij², Σ_i Σ_j n_ij²/n_i
@@ -63,7 +67,10 @@ VarianceComponents variance_components(const std::vector<LabelledValue>& values)
     double n = 0.0, sum = 0.0, squares = 0.0;
     out.mounts += mounts.size();
     for (const auto& [mount, repeats] : mounts)
-      for (const double v : repeats) n += 1.0, sum += v;
+      for (const double v : repeats) {
+        n += 1.0;
+        sum += v;
+      }
     const double middle = sum / n;
     for (const auto& [mount, repeats] : mounts) {
       const double m = static_cast<double>(repeats.size());
@@ -74,7 +81,9 @@ VarianceComponents variance_components(const std::vector<LabelledValue>& values)
       squares += m * m;
     }
     ss_propeller += n * (middle - mean) * (middle - mean);
-    squares_of_propellers += n * n, squares_of_mounts += squares, squares_within += squares / n;
+    squares_of_propellers += n * n;
+    squares_of_mounts += squares;
+    squares_within += squares / n;
   }
   const double a = static_cast<double>(out.propellers), b = static_cast<double>(out.mounts);
   const MeanSquare propeller{a > 1.0 ? ss_propeller / (a - 1.0) : 0.0, a - 1.0}, mount{b > a ? ss_mount / (b - a) : 0.0, b - a},

@@ -60,15 +60,21 @@ std::string interval_figure(const ComparisonDocument& d) {
   p.title = "Static thrust coefficient with its 95 % interval";
   p.y_label = "c_t, 10⁻⁶ N s²";
   p.x_label = "";
-  p.width_px = 640, p.height_px = 320;
-  p.x_min = 0.5, p.x_max = static_cast<double>(d.values.size()) + 0.5;
+  p.width_px = 640;
+  p.height_px = 320;
+  p.x_min = 0.5;
+  p.x_max = static_cast<double>(d.values.size()) + 0.5;
   render::Series bars, dots;
-  bars.width_px = 3.0, bars.colour = 1, dots.marker = render::Marker::dot, dots.colour = 0;
+  bars.width_px = 3.0;
+  bars.colour = 1;
+  dots.marker = render::Marker::dot;
+  dots.colour = 0;
   for (std::size_t i = 0; i < d.values.size(); ++i) {
     const Compared& v = d.values[i];
     const double x = static_cast<double>(i + 1), half = coverage_factor(v.degrees) * v.u;
     p.x_names.push_back(v.name);
-    dots.x.push_back(x), dots.y.push_back(1e6 * v.value);
+    dots.x.push_back(x);
+    dots.y.push_back(1e6 * v.value);
     bars.x.insert(bars.x.end(), {x, x, std::numeric_limits<double>::quiet_NaN()});
     bars.y.insert(bars.y.end(), {1e6 * (v.value - half), 1e6 * (v.value + half), std::numeric_limits<double>::quiet_NaN()});
   }
@@ -136,7 +142,9 @@ std::string comparison_json(const ComparisonDocument& d) {
          {"air_density_kg_m3", d.air_density_kg_m3},
          {"rpm", d.omega_rad_s * kRpm_per_rad_s},
          {"margin", d.margin}};
-  j["values"] = Json::array(), j["pairs"] = Json::array(), j["causes"] = Json::array();
+  j["values"] = Json::array();
+  j["pairs"] = Json::array();
+  j["causes"] = Json::array();
   for (std::size_t i = 0; i < d.values.size(); ++i)
     j["values"].push_back({{"name", d.values[i].name},
                            {"c_t_N_s2", d.values[i].value},

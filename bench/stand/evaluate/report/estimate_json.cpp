@@ -161,7 +161,8 @@ std::string estimate_json(const EstimateDocument& d) {
     for (const OperatingPoint& p : levels_of(e.points)) one["operating_points"].push_back(to_json(p));
     one["motor"] = motor_json(e);
     if (f.advance) one["torque_in_wind"] = advance_json(*f.advance);
-    one["faults"] = e.faults, one["remarks"] = e.remarks;
+    one["faults"] = e.faults;
+    one["remarks"] = e.remarks;
     j["files"].push_back(std::move(one));
   }
   if (d.c_t_components) j["c_t_variance"] = components_json(*d.c_t_components);

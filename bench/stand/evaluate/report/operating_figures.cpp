@@ -37,21 +37,33 @@ bool any(const OperatingPoints& points, const OperatingValue& value) {
 // Each step as a point, the means of its levels joined.
 void add(render::Plot& p, const OperatingPoints& points, const OperatingPoints& levels, const Abscissa& x, const Ordinate& y, bool alone) {
   render::Series dots, line;
-  dots.marker = render::Marker::dot, dots.colour = line.colour = y.colour;
+  dots.marker = render::Marker::dot;
+  dots.colour = line.colour = y.colour;
   line.label = alone ? "" : y.name;
-  for (const OperatingPoint& o : points) dots.x.push_back(x.value(o)), dots.y.push_back(y.value(o));
-  for (const OperatingPoint& o : levels) line.x.push_back(x.value(o)), line.y.push_back(y.value(o));
-  p.series.push_back(line), p.series.push_back(dots);
+  for (const OperatingPoint& o : points) {
+    dots.x.push_back(x.value(o));
+    dots.y.push_back(y.value(o));
+  }
+  for (const OperatingPoint& o : levels) {
+    line.x.push_back(x.value(o));
+    line.y.push_back(y.value(o));
+  }
+  p.series.push_back(line);
+  p.series.push_back(dots);
 }
 
 std::string figure(const OperatingFigure& f, const OperatingPoints& points, const OperatingPoints& levels, const Abscissa& x) {
   render::Plot p;
   p.title = f.title + " over " + x.name;
-  p.x_label = x.label, p.y_label = f.title + ", " + f.unit;
-  p.width_px = 510, p.height_px = 240, p.y_from_zero = true;
+  p.x_label = x.label;
+  p.y_label = f.title + ", " + f.unit;
+  p.width_px = 510;
+  p.height_px = 240;
+  p.y_from_zero = true;
   double end = 0.0;
   for (const OperatingPoint& o : points) end = std::max(end, std::isfinite(x.value(o)) ? x.value(o) : 0.0);
-  p.x_min = 0.0, p.x_max = 1.03 * end;
+  p.x_min = 0.0;
+  p.x_max = 1.03 * end;
   if (f.unit == "N") p.right = render::RightScale{"g", 1000.0 / kGravity_m_s2};
   for (const Ordinate& y : f.of)
     if (any(points, y.value)) add(p, points, levels, x, y, f.of.size() == 1);

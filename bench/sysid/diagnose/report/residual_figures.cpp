@@ -46,7 +46,8 @@ std::string wrench_figures(const ResidualFindings& f, std::size_t flight) {
           s.x.push_back(piece.start_s + static_cast<double>(i) * piece.step_s);
           s.y.push_back(f.series.free[axis][piece.first + i]);
         }
-        s.x.push_back(kGap), s.y.push_back(kGap);
+        s.x.push_back(kGap);
+        s.y.push_back(kGap);
       }
       p.series.push_back(std::move(s));
     }
@@ -85,7 +86,12 @@ std::string dependence_figure(const ResidualFindings& f, const Dependence& d) {
   p.y_label = label(d.axis);
   p.width_px = kHalf_px;
   std::vector<double> x, y, low, high;
-  for (const DependenceBin& b : d.bins) x.push_back(b.centre), y.push_back(b.mean), low.push_back(b.low), high.push_back(b.high);
+  for (const DependenceBin& b : d.bins) {
+    x.push_back(b.centre);
+    y.push_back(b.mean);
+    low.push_back(b.low);
+    high.push_back(b.high);
+  }
   add_band(p, x, y, low, high);
   p.marks = {{0.0, ""}};
   return render::figure_html(fmt::format("<b>{}</b> against {}: {:.0f} % of its power predicted on other blocks", kAxisNames[d.axis],
@@ -101,7 +107,10 @@ std::string curve_figure(const ResidualFindings& f, std::size_t axis, const Part
   p.y_label = label(axis);
   p.width_px = kHalf_px;
   std::vector<double> low, high;
-  for (std::size_t i = 0; i < c.at.size(); ++i) low.push_back(c.value[i] - 2.0 * c.u[i]), high.push_back(c.value[i] + 2.0 * c.u[i]);
+  for (std::size_t i = 0; i < c.at.size(); ++i) {
+    low.push_back(c.value[i] - 2.0 * c.u[i]);
+    high.push_back(c.value[i] + 2.0 * c.u[i]);
+  }
   add_band(p, c.at, c.value, low, high);
   p.marks = {{0.0, ""}};
   return render::figure_html(
@@ -124,7 +133,10 @@ std::string lag_figure(const ResidualFindings& f, bool torque) {
                      .x = {},
                      .y = {},
                      .colour = static_cast<int>(i)};
-    for (std::size_t j = 0; j < l.tried_s.size(); ++j) s.x.push_back(1e3 * l.tried_s[j]), s.y.push_back(l.shares[j]);
+    for (std::size_t j = 0; j < l.tried_s.size(); ++j) {
+      s.x.push_back(1e3 * l.tried_s[j]);
+      s.y.push_back(l.shares[j]);
+    }
     p.series.push_back(std::move(s));
   }
   p.bands = {{-1e3, 0.0, "before its cause", render::kNeutral}};
@@ -151,7 +163,8 @@ std::string burst_figure(const ResidualFindings& f, std::size_t flight) {
   render::Timeline t;
   t.title = "bursts in " + f.series.samples.flights[flight];
   t.x_label = "time, s";
-  t.x_min = 1e300, t.x_max = -1e300;
+  t.x_min = 1e300;
+  t.x_max = -1e300;
   for (const Piece& p : f.series.samples.pieces) {
     if (p.flight != flight) continue;
     t.x_min = std::min(t.x_min, p.start_s);

@@ -27,10 +27,13 @@ Json spectra_json(const ResidualFindings& f, std::size_t a) {
 Json axis_json(const ResidualFindings& f, std::size_t a) {
   const AxisUnexplained& x = f.unexplained.axis[a];
   Json j = spectra_json(f, a);
-  j["axis"] = kAxisNames[a], j["unit"] = kAxisUnits[a];
+  j["axis"] = kAxisNames[a];
+  j["unit"] = kAxisUnits[a];
   j["kind"] = name(f.unexplained.kind[a]);
-  j["rms"] = x.rms, j["rms_expected"] = x.rms_expected;
-  j["explainable_share"] = x.explainable.share, j["explainable_by_chance"] = x.explainable_by_chance;
+  j["rms"] = x.rms;
+  j["rms_expected"] = x.rms_expected;
+  j["explainable_share"] = x.explainable.share;
+  j["explainable_by_chance"] = x.explainable_by_chance;
   j["burst_share"] = x.burst_share;
   Json curves = Json::array();
   for (const PartialCurve& c : x.explainable.curves) {
@@ -64,7 +67,13 @@ Json variance_json(const VarianceEffect& e) {
   }
   Json aliases = Json::array();
   for (const auto& [id, c] : e.aliases) aliases.push_back({{"id", id}, {"correlation", c}});
-  v["t"] = e.t, v["p"] = e.p, v["p_holm"] = e.p_holm, v["size"] = e.size, v["u"] = e.u, v["found"] = e.found, v["twins"] = aliases;
+  v["t"] = e.t;
+  v["p"] = e.p;
+  v["p_holm"] = e.p_holm;
+  v["size"] = e.size;
+  v["u"] = e.u;
+  v["found"] = e.found;
+  v["twins"] = aliases;
   return v;
 }
 

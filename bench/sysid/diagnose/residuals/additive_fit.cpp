@@ -80,7 +80,10 @@ FoldSums sums(Design& design, std::span<const Channel> inputs, std::span<const s
       std::array<double, 4> basis;
       for (const Spline& s : design.splines) {
         const Index k = s.at(inputs[s.input].value[i], basis);
-        for (Index j = 0; j < s.bases(); ++j) column.push_back(s.first + k + j), value.push_back(basis[static_cast<std::size_t>(j)]);
+        for (Index j = 0; j < s.bases(); ++j) {
+          column.push_back(s.first + k + j);
+          value.push_back(basis[static_cast<std::size_t>(j)]);
+        }
       }
       MatrixXd& xx = out.xx[f];
       for (std::size_t a = 0; a < column.size(); ++a) {
@@ -116,7 +119,9 @@ MatrixXd penalty_of(const Design& d) {
   for (const Spline& s : d.splines) {
     for (Index j = s.first; j + 2 < s.first + s.count; ++j) {
       VectorXd v = VectorXd::Zero(d.columns);
-      v[j] = 1.0, v[j + 1] = -2.0, v[j + 2] = 1.0;
+      v[j] = 1.0;
+      v[j + 1] = -2.0;
+      v[j + 2] = 1.0;
       out += v * v.transpose();
     }
     for (Index j = s.first; j < s.first + s.count; ++j) out(j, j) += 0.01;
@@ -138,7 +143,11 @@ class Regression {
         xy_(MatrixXd::Zero(design.columns, residuals)),
         yy_(VectorXd::Zero(residuals)),
         shape_(penalty_of(design)) {
-    for (std::size_t f = 0; f < folds.xx.size(); ++f) xx_ += folds.xx[f], xy_ += folds.xy[f], yy_ += folds.yy[f];
+    for (std::size_t f = 0; f < folds.xx.size(); ++f) {
+      xx_ += folds.xx[f];
+      xy_ += folds.xy[f];
+      yy_ += folds.yy[f];
+    }
     information_ = xx_.diagonal().tail(design.columns - 1).sum() / static_cast<double>(std::max<Index>(1, design.columns - 1));
   }
   // The penalty under which the folds left out are predicted best, for each residual.
@@ -164,8 +173,10 @@ class Regression {
 MatrixXd Regression::solved(std::size_t left_out, double penalty, const VectorXd* keep, Index only) const {
   MatrixXd m = xx_ + penalty * information_ * shape_;
   MatrixXd rhs = only < 0 ? xy_ : MatrixXd(xy_.col(only));
-  if (left_out < folds_.xx.size())
-    m -= folds_.xx[left_out], rhs -= only < 0 ? folds_.xy[left_out] : MatrixXd(folds_.xy[left_out].col(only));
+  if (left_out < folds_.xx.size()) {
+    m -= folds_.xx[left_out];
+    rhs -= only < 0 ? folds_.xy[left_out] : MatrixXd(folds_.xy[left_out].col(only));
+  }
   if (keep) {
     m = keep->asDiagonal() * m * keep->asDiagonal();
     m.diagonal() += (VectorXd::Ones(design_.columns) - *keep) * information_;
@@ -186,7 +197,11 @@ void Regression::choose_penalties(std::span<const double> penalties, std::vector
     for (std::size_t y = 0; y < out.size(); ++y) {
       const auto i = static_cast<Index>(y);
       const double share = yy_[i] > 0.0 ? total[i] / yy_[i] : 0.0;
-      if (share > best[y]) best[y] = share, out[y].share = share, out[y].penalty = penalty;
+      if (share > best[y]) {
+        best[y] = share;
+        out[y].share = share;
+        out[y].penalty = penalty;
+      }
     }
   }
 }
@@ -219,7 +234,9 @@ PartialCurve Regression::curve(const Spline& spline, const VectorXd& whole, cons
     double squares = 0.0;
     for (const VectorXd& p : parts) squares += (value(p) - here) * (value(p) - here);
     const auto f = static_cast<double>(parts.size());
-    c.at.push_back(x), c.value.push_back(here), c.u.push_back(std::sqrt((f - 1.0) / f * squares));
+    c.at.push_back(x);
+    c.value.push_back(here);
+    c.u.push_back(std::sqrt((f - 1.0) / f * squares));
   }
   return c;
 }

@@ -66,8 +66,10 @@ double held_out_share(const std::vector<Cell>& all, std::size_t bins, const std:
     for (std::size_t b = 0; b < bins; ++b) {
       const Cell& c = all[k * bins + b];
       Cell& o = own[static_cast<std::size_t>(fold[k]) * bins + b];
-      total[b].n += c.n, total[b].sum += c.sum;
-      o.n += c.n, o.sum += c.sum;
+      total[b].n += c.n;
+      total[b].sum += c.sum;
+      o.n += c.n;
+      o.sum += c.sum;
     }
   }
   double gain = 0.0;
@@ -86,7 +88,10 @@ void add_bins(Dependence& d, const Binned& b, const std::vector<double>& input, 
   const std::size_t bins = b.edges.size() - 1;
   std::vector<Cell> sum(bins);
   std::vector<double> centre(bins, 0.0);
-  for (std::size_t i = 0; i < all.size(); ++i) sum[i % bins].n += all[i].n, sum[i % bins].sum += all[i].sum;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    sum[i % bins].n += all[i].n;
+    sum[i % bins].sum += all[i].sum;
+  }
   for (std::size_t i = 0; i < input.size(); ++i) centre[b.bin[i]] += input[i];
   std::vector<std::vector<double>> means(bins);
   const RandomStream random(o.seed, kDependenceBootstrap + 131 * d.axis + d.input);
@@ -96,7 +101,10 @@ void add_bins(Dependence& d, const Binned& b, const std::vector<double>& input, 
     std::fill(again.begin(), again.end(), Cell{});
     for (std::size_t k = 0; k < blocks; ++k) {
       const auto pick = static_cast<std::size_t>(random.uniform(drawn++) * static_cast<double>(blocks));
-      for (std::size_t c = 0; c < bins; ++c) again[c].n += all[pick * bins + c].n, again[c].sum += all[pick * bins + c].sum;
+      for (std::size_t c = 0; c < bins; ++c) {
+        again[c].n += all[pick * bins + c].n;
+        again[c].sum += all[pick * bins + c].sum;
+      }
     }
     for (std::size_t c = 0; c < bins; ++c) {
       if (again[c].n > 0.0) means[c].push_back(again[c].sum / again[c].n);
@@ -116,7 +124,8 @@ PlaceMap place_map(const std::vector<double>& r, const std::vector<double>& x, c
   m.axis = axis;
   const auto [x0, x1] = std::minmax_element(x.begin(), x.end());
   const auto [y0, y1] = std::minmax_element(y.begin(), y.end());
-  m.x_from_m = *x0, m.y_from_m = *y0;
+  m.x_from_m = *x0;
+  m.y_from_m = *y0;
   m.cell_m = std::max(*x1 - *x0, *y1 - *y0) / static_cast<double>(kMapCells);
   if (!(m.cell_m > 0.0)) return m;
   m.columns = static_cast<std::size_t>((*x1 - *x0) / m.cell_m) + 1;
@@ -131,12 +140,15 @@ PlaceMap place_map(const std::vector<double>& r, const std::vector<double>& x, c
     for (std::size_t i = b.first; i < b.first + b.count; ++i) {
       Cell& c = cell[static_cast<std::size_t>((y[i] - m.y_from_m) / m.cell_m) * m.columns +
                      static_cast<std::size_t>((x[i] - m.x_from_m) / m.cell_m)];
-      c.n += 1.0, c.sum += r[i];
+      c.n += 1.0;
+      c.sum += r[i];
     }
     for (std::size_t c = 0; c < n; ++c) {
       if (cell[c].n == 0.0) continue;
       const double mean = cell[c].sum / cell[c].n;
-      sums[c].blocks += 1.0, sums[c].mean += mean, sums[c].square += mean * mean;
+      sums[c].blocks += 1.0;
+      sums[c].mean += mean;
+      sums[c].square += mean * mean;
     }
   }
   for (const Sums& s : sums) {

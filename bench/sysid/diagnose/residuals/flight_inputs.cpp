@@ -74,7 +74,8 @@ SampleState sample_state(const estimate::ModelValues& values, const estimate::Bo
                          double& thrust) {
   const host::LoadGeometry& geometry = values.geometry;
   host::LoadParameters<double> p;
-  p.k1_N_s2 = values[estimate::kK1], p.k2_N_s2_m = values[estimate::kK2];
+  p.k1_N_s2 = values[estimate::kK1];
+  p.k2_N_s2_m = values[estimate::kK2];
   SampleState s;
   s.x = x;
   s.v_B_m_s = x.q_WB.toRotationMatrix().transpose() * x.v_W_m_s;
@@ -98,7 +99,8 @@ void differentiate_by_wind(const estimate::Model& model, const estimate::RotorIn
   constexpr double kStep_m_s = 0.05;
   for (Eigen::Index a = 0; a < 2; ++a) {
     estimate::BodyState with = s.x, against = s.x;
-    with.v_W_m_s[a] -= kStep_m_s, against.v_W_m_s[a] += kStep_m_s;
+    with.v_W_m_s[a] -= kStep_m_s;
+    against.v_W_m_s[a] += kStep_m_s;
     const estimate::Instant more = model.instant(with, u, t), less = model.instant(against, u, t);
     s.wrench_by_wind.col(a) << more.force_B_N - less.force_B_N, more.torque_B_N_m - less.torque_B_N_m;
   }

@@ -26,7 +26,11 @@ std::vector<double> detrended(const Samples& samples, const std::vector<double>&
 // Sums of a block for each lag.
 struct Sums {
   double xx = 0.0, xy = 0.0, yy = 0.0;
-  void operator+=(const Sums& o) { xx += o.xx, xy += o.xy, yy += o.yy; }
+  void operator+=(const Sums& o) {
+    xx += o.xx;
+    xy += o.xy;
+    yy += o.yy;
+  }
   double share() const { return xx > 0.0 && yy > 0.0 ? xy * std::fabs(xy) / (xx * yy) : 0.0; }
 };
 
@@ -88,7 +92,9 @@ LaggedSums correlate(const Samples& samples, const std::vector<SampleBlock>& blo
       const long to = std::min(static_cast<long>(blocks[b].first + blocks[b].count), last - reach);
       for (long i = from; i < to; ++i) {
         const double u = x[static_cast<std::size_t>(i - l)], v = y[static_cast<std::size_t>(i)];
-        s.xx += u * u, s.xy += u * v, s.yy += v * v;
+        s.xx += u * u;
+        s.xy += u * v;
+        s.yy += v * v;
       }
       out.total[static_cast<std::size_t>(l + reach)] += s;
     }
@@ -151,8 +157,10 @@ LagFinding leading(const std::vector<std::size_t>& axes, double lag_s, bool othe
   } else {
     f.words += "The model drives this axis with a quantity that comes later than the true one.";
   }
-  if (yaw && several)
-    f.effects.push_back(effect("rotor_inertia_reaction").id), f.words += " On torque z rotor_inertia_reaction may add to it.";
+  if (yaw && several) {
+    f.effects.push_back(effect("rotor_inertia_reaction").id);
+    f.words += " On torque z rotor_inertia_reaction may add to it.";
+  }
   return f;
 }
 

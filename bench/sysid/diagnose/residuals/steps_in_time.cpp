@@ -28,7 +28,9 @@ Cells cells(const ResidualSeries& r, const StepKind& kind, std::size_t flight, d
     for (std::size_t i = p.first; i < p.first + p.count; ++i) {
       if (t[i] >= from + grid_s || from < -1e299) {
         from = t[i];
-        out.end_s.push_back(from), out.score.push_back(0.0), out.information.push_back(0.0);
+        out.end_s.push_back(from);
+        out.score.push_back(0.0);
+        out.information.push_back(0.0);
       }
       const Eigen::Matrix<double, 12, 1> g = r.state[i].whitened_by_wrench * kind.wrench[i];
       out.end_s.back() = t[i] + 0.5 * p.step_s;
@@ -67,7 +69,8 @@ void shuffled(const Cells& c, std::size_t block, const RandomStream& random, std
   std::iota(order.begin(), order.end(), std::size_t{0});
   for (std::size_t i = blocks; i > 1; --i)
     std::swap(order[i - 1], order[static_cast<std::size_t>(random.uniform(drawn++) * static_cast<double>(i))]);
-  out.score.clear(), out.information.clear();
+  out.score.clear();
+  out.information.clear();
   for (const std::size_t b : order) {
     for (std::size_t i = b * block; i < std::min(n, (b + 1) * block); ++i) {
       out.score.push_back(c.score[i]);
@@ -124,7 +127,8 @@ std::vector<double> step_statistic(std::span<const double> score, std::span<cons
   std::vector<double> out;
   double a = 0.0, i = 0.0;
   for (std::size_t k = 0; k < score.size(); ++k) {
-    a += score[k], i += information[k];
+    a += score[k];
+    i += information[k];
     const double left = weight - i, info = weight > 0.0 ? i * left / weight : 0.0, bridge = weight > 0.0 ? a - all * i / weight : 0.0;
     out.push_back(info > 1e-9 * weight ? bridge * bridge / info : 0.0);
   }
@@ -145,7 +149,10 @@ void measure_size(Search& search, std::size_t least_block, TimeStep& s) {
   const Cells& c = search.cells;
   const std::size_t n = c.score.size(), at = search.best.at;
   double before = 0.0, before_i = 0.0, after = 0.0, after_i = 0.0;
-  for (std::size_t i = 0; i < n; ++i) (i <= at ? before : after) += c.score[i], (i <= at ? before_i : after_i) += c.information[i];
+  for (std::size_t i = 0; i < n; ++i) {
+    (i <= at ? before : after) += c.score[i];
+    (i <= at ? before_i : after_i) += c.information[i];
+  }
   const double low = before_i > 0.0 ? before / before_i : 0.0, high = after_i > 0.0 ? after / after_i : 0.0;
   s.size = high - low;
   search.without = c;
@@ -156,7 +163,8 @@ void measure_size(Search& search, std::size_t least_block, TimeStep& s) {
   for (std::size_t from = 0; from < n; from += search.block) {
     double b = 0.0, a = 0.0;
     for (std::size_t i = from; i < std::min(n, from + search.block); ++i) (i <= at ? b : a) += rest[i];
-    scatter_before += b * b, scatter_after += a * a;
+    scatter_before += b * b;
+    scatter_after += a * a;
   }
   s.u = std::sqrt((before_i > 0.0 ? scatter_before / (before_i * before_i) : 0.0) +
                   (after_i > 0.0 ? scatter_after / (after_i * after_i) : 0.0));
@@ -217,7 +225,9 @@ StepsResult steps_in_time(const ResidualSeries& r, std::span<const StepKind> kin
       search.margin = static_cast<std::size_t>(std::max(1.0, o.margin * static_cast<double>(n)));
       TimeStep s;
       s.flight = f;
-      s.effect = kinds[k].effect, s.parameter = kinds[k].parameter, s.unit = kinds[k].unit;
+      s.effect = kinds[k].effect;
+      s.parameter = kinds[k].parameter;
+      s.unit = kinds[k].unit;
       s.tried_s = c.end_s;
       s.chi2_at = step_statistic(c.score, c.information);
       search.best = best_of(s.chi2_at, search.margin);

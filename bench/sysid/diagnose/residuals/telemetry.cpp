@@ -62,7 +62,11 @@ void add_telemetry(const estimate::GridFlight& g, const estimate::ModelValues& v
         if (at < 0.0 || at >= static_cast<double>(g.nodes - 1)) continue;
         const auto k = static_cast<std::size_t>(at);
         if (!g.linked[k]) continue;
-        if (k != known) from = expected(k), to = expected(k + 1), known = k;
+        if (k != known) {
+          from = expected(k);
+          to = expected(k + 1);
+          known = k;
+        }
         add(t, logged->t_s[i], logged->value[i] - from - (at - static_cast<double>(k)) * (to - from));
       }
     }

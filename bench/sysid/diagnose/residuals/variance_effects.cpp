@@ -12,7 +12,10 @@ namespace {
 
 VarianceEffect named(const VarianceKind& k) {
   VarianceEffect e;
-  e.id = k.id, e.what = k.what, e.parameter = k.parameter, e.unit = k.unit;
+  e.id = k.id;
+  e.what = k.what;
+  e.parameter = k.parameter;
+  e.unit = k.unit;
   return e;
 }
 
@@ -67,7 +70,8 @@ BlockScores block_scores(const ResidualSeries& r, const VarianceKind& kind, cons
     const std::size_t s = rows.sample ? (*rows.sample)[i] : i, b = block[s];
     double keep = 0.0;
     if (kind.tau_s > 0.0 && b == last_block) keep = std::exp(-std::max(0.0, t[s] - last_t) / kind.tau_s);
-    last_block = b, last_t = t[s];
+    last_block = b;
+    last_t = t[s];
     for (std::size_t d = 0; d < kind.directions[i].size(); ++d) {
       if (keep == 0.0) memory[d].setZero();
       const Eigen::VectorXf& g = kind.directions[i][d];
@@ -185,7 +189,9 @@ void reduce_by_flight(BlockScores& s, const std::vector<BlockScores>& of, std::s
 VarianceEffect entry(std::span<const VarianceKind> kinds, std::size_t k, const std::vector<BlockScores>& marginal, const ScoreTest& test,
                      double p_holm, const Criteria& criteria) {
   VarianceEffect e = named(kinds[k]);
-  e.t = test.t, e.p = test.p, e.p_holm = p_holm;
+  e.t = test.t;
+  e.p = test.p;
+  e.p_holm = p_holm;
   e.size = std::sqrt(std::max(0.0, test.gamma));
   e.u = e.size > 0.0 ? test.u_gamma / (2.0 * e.size) : std::sqrt(test.u_gamma);
   const Eigen::Index rows = marginal[k].value.rows();
@@ -235,7 +241,10 @@ VarianceResult variance_effects(const ResidualSeries& r, std::span<const Varianc
   for (int round = 0;; ++round) {
     std::vector<ScoreTest> test;
     std::vector<double> p;
-    for (const std::size_t k : open) test.push_back(score_test(score[k], flight)), p.push_back(test.back().p);
+    for (const std::size_t k : open) {
+      test.push_back(score_test(score[k], flight));
+      p.push_back(test.back().p);
+    }
     const std::vector<double> adjusted = holm(p);
     const std::vector<std::size_t> order = ranked(test, adjusted, o.criteria.chance);
     if (order.empty() || round >= o.most || adjusted[order.front()] >= o.criteria.chance) {

@@ -44,7 +44,10 @@ struct Builder {
         most = std::max(most, static_cast<double>(k.directions.back().back().squaredNorm()));
       }
     }
-    if (!(most > 0.0)) k.untested = "these flights never come where it acts", k.directions.clear();
+    if (!(most > 0.0)) {
+      k.untested = "these flights never come where it acts";
+      k.directions.clear();
+    }
     out.push_back(std::move(k));
   }
 };

@@ -56,9 +56,12 @@ void seed_motion(host::LoadInput<S>& in) {
     for (auto& e : in.world_B) {
       const double x = e.x.a, y = e.y.a, z = e.z.a;
       constexpr std::size_t a = kDirAttitude;
-      e.x.d[a + 1] = -z, e.x.d[a + 2] = y;
-      e.y.d[a] = z, e.y.d[a + 2] = -x;
-      e.z.d[a] = -y, e.z.d[a + 1] = x;
+      e.x.d[a + 1] = -z;
+      e.x.d[a + 2] = y;
+      e.y.d[a] = z;
+      e.y.d[a + 2] = -x;
+      e.z.d[a] = -y;
+      e.z.d[a + 1] = x;
     }
   }
 }

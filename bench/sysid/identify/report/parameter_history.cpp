@@ -24,8 +24,10 @@ fs::path file_of(const fs::path& given) { return fs::absolute(fs::is_directory(g
 
 void drop(HistoryPoint& p, std::size_t i) {
   const auto at = static_cast<std::ptrdiff_t>(i);
-  p.names.erase(p.names.begin() + at), p.units.erase(p.units.begin() + at);
-  p.value.erase(p.value.begin() + at), p.u.erase(p.u.begin() + at);
+  p.names.erase(p.names.begin() + at);
+  p.units.erase(p.units.begin() + at);
+  p.value.erase(p.value.begin() + at);
+  p.u.erase(p.u.begin() + at);
 }
 
 }  // namespace
@@ -100,7 +102,10 @@ std::string count_rotations_from_one(std::vector<HistoryPoint>& history, const s
     origin = references.front().q_BS;
   } else {
     const auto first = std::find_if(history.begin(), history.end(), [](const HistoryPoint& p) { return p.q_BS.has_value(); });
-    if (first != history.end()) from = first->label, origin = *first->q_BS;
+    if (first != history.end()) {
+      from = first->label;
+      origin = *first->q_BS;
+    }
   }
   bool any = false;
   for (HistoryPoint& p : history) {

@@ -70,7 +70,10 @@ std::string autocorrelation_figure(const FlightWhiteness& w) {
   p.y_min = -0.2;
   p.y_max = 0.2;
   for (const render::Series& s : p.series) {
-    for (const double y : s.y) p.y_min = std::min(*p.y_min, 1.1 * y), p.y_max = std::max(*p.y_max, 1.1 * y);
+    for (const double y : s.y) {
+      p.y_min = std::min(*p.y_min, 1.1 * y);
+      p.y_max = std::max(*p.y_max, 1.1 * y);
+    }
   }
   return render::figure_html("<b>Autocorrelation</b>; white noise stays within ± 2/√n in 95 % of the lags.", render::plot_svg(p));
 }
@@ -169,8 +172,12 @@ std::string history_figure(const std::vector<HistoryPoint>& history, const std::
     const double x = static_cast<double>(t + 1);
     value.x.push_back(x);
     value.y.push_back(history[t].value[i]);
-    for (const double sign : {-2.0, 2.0}) bars.x.push_back(x), bars.y.push_back(history[t].value[i] + sign * history[t].u[i]);
-    bars.x.push_back(NAN), bars.y.push_back(NAN);
+    for (const double sign : {-2.0, 2.0}) {
+      bars.x.push_back(x);
+      bars.y.push_back(history[t].value[i] + sign * history[t].u[i]);
+    }
+    bars.x.push_back(NAN);
+    bars.y.push_back(NAN);
   }
   // In the legend, not beside the line: lines of several files often coincide.
   p.x_min = 0.5;

@@ -44,12 +44,16 @@ struct Three {
 template <class Read>
 Three jackknifed(const Parts& parts, Read&& read) {
   LinearSums all;
-  for (const LinearSums& p : parts) all.xx += p.xx, all.xy += p.xy;
+  for (const LinearSums& p : parts) {
+    all.xx += p.xx;
+    all.xy += p.xy;
+  }
   std::array<Eigen::Vector3d, kTenths> without;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero(), square = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < kTenths; ++i) {
     LinearSums rest = all;
-    rest.xx -= parts[i].xx, rest.xy -= parts[i].xy;
+    rest.xx -= parts[i].xx;
+    rest.xy -= parts[i].xy;
     without[i] = read(rest.gain());
     mean += without[i] / static_cast<double>(kTenths);
   }

@@ -28,7 +28,11 @@ std::vector<Eigen::Vector3d> smooth_vectors(const Stream<Value>& s, const Grid& 
 
 std::vector<Eigen::Vector3d> rates(const std::vector<Eigen::Vector3d>& p, double dt_s) {
   std::vector<double> x(p.size()), y(p.size()), z(p.size());
-  for (std::size_t i = 0; i < p.size(); ++i) x[i] = p[i].x(), y[i] = p[i].y(), z[i] = p[i].z();
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    x[i] = p[i].x();
+    y[i] = p[i].y();
+    z[i] = p[i].z();
+  }
   return vectors(derivative(x, dt_s), derivative(y, dt_s), derivative(z, dt_s));
 }
 

@@ -29,8 +29,15 @@ Agreement agreement(const FlightGrid& g, const std::vector<Eigen::Vector3d>& rat
   Eigen::Vector3d mean_gyro = Eigen::Vector3d::Zero(), mean_rate = Eigen::Vector3d::Zero();
   std::size_t n = 0;
   for (std::size_t i = 0; i < rate.size(); ++i)
-    if (g.valid[i]) mean_gyro += g.gyro_B_rad_s[i], mean_rate += rate[i], ++n;
-  if (n > 0) mean_gyro /= static_cast<double>(n), mean_rate /= static_cast<double>(n);
+    if (g.valid[i]) {
+      mean_gyro += g.gyro_B_rad_s[i];
+      mean_rate += rate[i];
+      ++n;
+    }
+  if (n > 0) {
+    mean_gyro /= static_cast<double>(n);
+    mean_rate /= static_cast<double>(n);
+  }
   Agreement best;
   const auto reach = static_cast<std::ptrdiff_t>(longest_lag_s / g.grid.dt_s);
   for (std::ptrdiff_t lag = -reach; lag <= reach; lag += 4) {

@@ -89,7 +89,10 @@ Unexplained unexplained_moments(const std::vector<MomentSample>& samples, const 
     const Row x = LdltFactor(normal).solve(Eigen::VectorXd(right));
     for (std::size_t i = 0; i < samples.size(); ++i) {
       out.imbalance[i][a] = samples[i].moment[a] - x.dot(row(samples[i]));
-      if (samples[i].valid && sound(i)) out.mean_square += out.imbalance[i][a] * out.imbalance[i][a], count += 1.0;
+      if (samples[i].valid && sound(i)) {
+        out.mean_square += out.imbalance[i][a] * out.imbalance[i][a];
+        count += 1.0;
+      }
     }
     out.constant[a] = x[0];
   }

@@ -36,13 +36,19 @@ Likeness likeness(const Vectors& seen, const Vectors& expected, const std::vecto
       const auto is = static_cast<std::size_t>(i), ie = static_cast<std::size_t>(i - lag);
       if (!valid[is] || !valid[ie]) continue;
       const Eigen::Vector3d &a = seen[is], &b = expected[ie];
-      ms += a, me += b, ss += a.cwiseAbs2(), ee += b.cwiseAbs2(), se += a.cwiseProduct(b);
+      ms += a;
+      me += b;
+      ss += a.cwiseAbs2();
+      ee += b.cwiseAbs2();
+      se += a.cwiseProduct(b);
       cross += b.x() * a.y() - b.y() * a.x();
       count += 1.0;
     }
     if (count < 50.0) continue;
     cross -= (me.x() * ms.y() - me.y() * ms.x()) / count;
-    ss -= ms.cwiseAbs2() / count, ee -= me.cwiseAbs2() / count, se -= ms.cwiseProduct(me) / count;
+    ss -= ms.cwiseAbs2() / count;
+    ee -= me.cwiseAbs2() / count;
+    se -= ms.cwiseProduct(me) / count;
     const double scale = std::sqrt(ss.sum() * ee.sum()) + 1e-30;
     const double straight = se.x() + se.y();
     const double turned = (std::hypot(straight, cross) + se.z()) / scale;
@@ -93,18 +99,24 @@ std::pair<AxisOrder, double> best_axes(const Vectors& seen, const Vectors& expec
     for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, lag); i < n + std::min<std::ptrdiff_t>(0, lag); i += 2) {
       const auto is = static_cast<std::size_t>(i), ie = static_cast<std::size_t>(i - lag);
       if (!valid[is] || !valid[ie]) continue;
-      ms += seen[is], me += expected[ie], ss += seen[is].cwiseAbs2(), ee += expected[ie].cwiseAbs2();
+      ms += seen[is];
+      me += expected[ie];
+      ss += seen[is].cwiseAbs2();
+      ee += expected[ie].cwiseAbs2();
       se += seen[is] * expected[ie].transpose();
       count += 1.0;
     }
     if (count < 50.0) continue;
-    ss -= ms.cwiseAbs2() / count, ee -= me.cwiseAbs2() / count, se -= ms * me.transpose() / count;
+    ss -= ms.cwiseAbs2() / count;
+    ee -= me.cwiseAbs2() / count;
+    se -= ms * me.transpose() / count;
     for (AxisOrder order : kOrders) {
       double sum = 0.0, axes = 0.0;
       for (int k = 0; k < 3; ++k) {  // an axis along which hardly anything moves tells nothing
         const int a = order.axis[static_cast<std::size_t>(k)];
         if (ee(k) < kLeast_m_s2 * kLeast_m_s2 * count || ss(a) < kLeast_m_s2 * kLeast_m_s2 * count) continue;
-        sum += order.sign[static_cast<std::size_t>(k)] * se(a, k) / std::sqrt(ss(a) * ee(k)), axes += 1.0;
+        sum += order.sign[static_cast<std::size_t>(k)] * se(a, k) / std::sqrt(ss(a) * ee(k));
+        axes += 1.0;
       }
       if (axes < 2.0) continue;
       order.correlation = sum / axes;

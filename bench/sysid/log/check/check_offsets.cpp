@@ -92,7 +92,11 @@ std::vector<std::vector<Sums>> sums_of(const FlightGrid& g, const Channels& y, c
 std::vector<Sums> total(const std::vector<std::vector<Sums>>& part) {
   std::vector<Sums> all(part.front().size());
   for (const auto& p : part)
-    for (std::size_t k = 0; k < all.size(); ++k) all[k].xy += p[k].xy, all[k].xx += p[k].xx, all[k].yy += p[k].yy;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      all[k].xy += p[k].xy;
+      all[k].xx += p[k].xx;
+      all[k].yy += p[k].yy;
+    }
   return all;
 }
 
@@ -127,7 +131,11 @@ std::optional<StreamOffset> estimate(CheckState& s, const FlightGrid& g, const c
   std::vector<double> without;
   for (const auto& p : part) {
     std::vector<Sums> rest = all;
-    for (std::size_t k = 0; k < rest.size(); ++k) rest[k].xy -= p[k].xy, rest[k].xx -= p[k].xx, rest[k].yy -= p[k].yy;
+    for (std::size_t k = 0; k < rest.size(); ++k) {
+      rest[k].xy -= p[k].xy;
+      rest[k].xx -= p[k].xx;
+      rest[k].yy -= p[k].yy;
+    }
     without.push_back(peak(rest, g.grid.dt_s).lag_s);
   }
   double mean = 0.0, square = 0.0;

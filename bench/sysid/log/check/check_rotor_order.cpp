@@ -66,7 +66,10 @@ OrderSignals order_signals(const CheckState& s, const Grid& grid, const std::vec
     v = above(std::move(v), out.dt_s, band.low_hz);
     double square = 0.0, n = 0.0;
     for (std::size_t i = 0; i < v.size(); ++i)
-      if (out.valid[i]) square += v[i] * v[i], n += 1.0;
+      if (out.valid[i]) {
+        square += v[i] * v[i];
+        n += 1.0;
+      }
     out.least_rad_s = std::min(out.least_rad_s, std::sqrt(square / std::max(1.0, n)));
     out.turning[axis] = derivative(v, out.dt_s);
   }
@@ -92,8 +95,13 @@ struct OrderSums {
   double count = 0.0, seconds = 0.0;
 
   OrderSums& operator+=(const OrderSums& o) {
-    cross += o.cross, columns += o.columns, turning += o.turning, sum_turning += o.sum_turning, sum_square += o.sum_square;
-    count += o.count, seconds += o.seconds;
+    cross += o.cross;
+    columns += o.columns;
+    turning += o.turning;
+    sum_turning += o.sum_turning;
+    sum_square += o.sum_square;
+    count += o.count;
+    seconds += o.seconds;
     return *this;
   }
   OrderSums centred() const {
@@ -130,11 +138,13 @@ std::vector<OrderSums> order_sums(const OrderSignals& f, std::ptrdiff_t lag, dou
     const Eigen::Vector2d turning(f.turning[0][at], f.turning[1][at]);
     const Eigen::Vector4d square(f.square[0][shown], f.square[1][shown], f.square[2][shown], f.square[3][shown]);
     OrderSums& piece = out[std::min(out.size() - 1, static_cast<std::size_t>(static_cast<double>(at) * f.dt_s / piece_s))];
-    piece.sum_turning += turning, piece.sum_square += square;
+    piece.sum_turning += turning;
+    piece.sum_square += square;
     piece.cross += turning * square.transpose();
     piece.columns += square * square.transpose();
     piece.turning += turning.cwiseAbs2();
-    piece.count += 1.0, piece.seconds += static_cast<double>(kEvery) * f.dt_s;
+    piece.count += 1.0;
+    piece.seconds += static_cast<double>(kEvery) * f.dt_s;
   }
   return out;
 }
@@ -184,7 +194,10 @@ std::optional<Slip> find_slip(const OrderSignals& f, const OrderBand& band, cons
   for_each_lag(f, band, [&](std::ptrdiff_t lag) {
     const std::vector<OrderSums> pieces = order_sums(f, lag, kPiece_s);
     std::vector<OrderSums> rest(pieces.size() + 1);
-    for (std::size_t i = pieces.size(); i-- > 0;) rest[i] = rest[i + 1], rest[i] += pieces[i];
+    for (std::size_t i = pieces.size(); i-- > 0;) {
+      rest[i] = rest[i + 1];
+      rest[i] += pieces[i];
+    }
     OrderSums first;
     for (std::size_t at = 1; at < pieces.size(); ++at) {
       first += pieces[at - 1];
@@ -195,9 +208,11 @@ std::optional<Slip> find_slip(const OrderSignals& f, const OrderBand& band, cons
         const double after = b.agreement(order, vehicle), weight = before * a.seconds + after * b.seconds;
         const bool plain =
             before >= kAgrees && after >= kAgrees && after >= given_after + kBetter && before >= a.agreement(order, vehicle) + kBetter;
-        if (plain && weight > most)
-          most = weight,
+        if (plain && weight > most) {
+          most = weight;
+
           found = Slip{kPiece_s * static_cast<double>(at), order, before, given_after, after, weight / (a.seconds + b.seconds)};
+        }
       }
     }
   });

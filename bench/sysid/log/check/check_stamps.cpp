@@ -120,7 +120,10 @@ void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stre
   for (std::size_t i = 0; i < stream.size(); ++i) {
     const auto c = channels_of(stream.value[i]);
     const auto missing = std::count_if(c.begin(), c.end(), [](double v) { return !std::isfinite(v); });
-    if (missing > 0) bad[i] = 1, keep[i] = 0;
+    if (missing > 0) {
+      bad[i] = 1;
+      keep[i] = 0;
+    }
   }
   const auto count = std::count(bad.begin(), bad.end(), char{1});
   if (count == 0) return;
@@ -147,7 +150,10 @@ void drop_not_finite(CheckState& s, const std::string& name, Stream<Value>& stre
     if (const auto holes = std::count(bad.begin(), bad.end(), char{1}); holes > 0) {
       double longest_s = 0.0;
       for (std::size_t i = first, good = first; i < end; ++i)
-        if (keep[i]) longest_s = std::max(longest_s, stream.t_s[i] - stream.t_s[good]), good = i;
+        if (keep[i]) {
+          longest_s = std::max(longest_s, stream.t_s[i] - stream.t_s[good]);
+          good = i;
+        }
       const bool fault = static_cast<double>(holes) > kMostBlank * static_cast<double>(all) || longest_s > s.limits.longest_rotor_gap_s;
       const std::string what = fmt::format("{} of {} samples are no numbers, longest gap {:.3f} s", holes, all, longest_s);
       const TimeRange where = stretches(stream.t_s, bad, HUGE_VAL).front();

@@ -227,7 +227,10 @@ void drop_frozen_track(CheckState& s, const std::string& name, Stream<Value>& st
   }
   if (found.empty()) return;
   double longest = 0.0, sum = 0.0;
-  for (const TimeRange& r : found) longest = std::max(longest, r.span_s()), sum += r.span_s();
+  for (const TimeRange& r : found) {
+    longest = std::max(longest, r.span_s());
+    sum += r.span_s();
+  }
   s.exclude(name,
             fmt::format("repeats one reading {} times for more than {:.2f} s ({:.2f} s together, longest {:.2f} s) while the vehicle moved "
                         "by up to {:.2f} m{}",

@@ -33,7 +33,10 @@ Eigen::Vector3d turning_rms(const FlightGrid& g, const std::vector<char>& in) {
     const std::vector<double> slow = low_pass(v, g.grid.dt_s, kTurningLow_hz);
     double square = 0.0, n = 0.0;
     for (std::size_t i = 0; i < v.size(); ++i)
-      if (in[i]) square += (v[i] - slow[i]) * (v[i] - slow[i]), n += 1.0;
+      if (in[i]) {
+        square += (v[i] - slow[i]) * (v[i] - slow[i]);
+        n += 1.0;
+      }
     rms[axis] = std::sqrt(square / std::max(1.0, n));
   }
   return rms;

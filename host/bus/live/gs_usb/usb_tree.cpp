@@ -72,8 +72,10 @@ std::optional<UsbAdapter> read_device(const fs::path& device) {
   if (std::none_of(kKnownAdapters.begin(), kKnownAdapters.end(), known)) return std::nullopt;
   UsbAdapter a;
   a.path = device.filename().string();
-  a.bus = *bus, a.address = *address;
-  a.vendor = static_cast<std::uint16_t>(*vendor), a.product = static_cast<std::uint16_t>(*product);
+  a.bus = *bus;
+  a.address = *address;
+  a.vendor = static_cast<std::uint16_t>(*vendor);
+  a.product = static_cast<std::uint16_t>(*product);
   a.serial = line_of(device / "serial");
   a.product_name = line_of(device / "product");
   for (const fs::path& child : children(device)) {

@@ -23,10 +23,14 @@ void put(std::span<std::uint8_t> bytes, std::size_t at, std::uint32_t value) {
 BitTimingLimits limits_at(std::span<const std::uint8_t> bytes, std::size_t at) {
   const auto next = [&] { return word(bytes, std::exchange(at, at + 4)); };
   BitTimingLimits l;
-  l.seg1_min = next(), l.seg1_max = next();
-  l.seg2_min = next(), l.seg2_max = next();
+  l.seg1_min = next();
+  l.seg1_max = next();
+  l.seg2_min = next();
+  l.seg2_max = next();
   l.sjw_max = next();
-  l.prescaler_min = next(), l.prescaler_max = next(), l.prescaler_step = next();
+  l.prescaler_min = next();
+  l.prescaler_max = next();
+  l.prescaler_step = next();
   return l;
 }
 

@@ -34,7 +34,8 @@ class RotorFit : public ::testing::Test {
   // The folder's files under names that say nothing but a sweep's speed, which no file of these holds.
   fs::path renamed(const std::string& key) {
     const fs::path from = inputs_.data / "propellers" / key, to = folder_ / "files";
-    fs::remove_all(to), fs::create_directories(to);
+    fs::remove_all(to);
+    fs::create_directories(to);
     char letter = 'a';
     for (const auto& file : fs::directory_iterator(from)) {
       const std::string name = file.path().filename().string();
@@ -61,7 +62,9 @@ class RotorFit : public ::testing::Test {
     for (const double tip_m_s : {40.0, 70.0, 100.0}) {
       const auto loads = [&](const Eigen::Vector3d& v) {
         sim::RotorCondition c;
-        c.omega_rad_s = tip_m_s / rotor.radius_m(), c.v_R_m_s = v, c.density_kg_m3 = 1.2;
+        c.omega_rad_s = tip_m_s / rotor.radius_m();
+        c.v_R_m_s = v;
+        c.density_kg_m3 = 1.2;
         sim::RotorWarmStart cold;
         return sim::solve_rotor(rotor, c, cold);
       };
@@ -89,7 +92,8 @@ std::string static_rows(double from_rpm, double ct, int rows) {
 class PropellerFolder : public RotorFit {
  protected:
   void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("rotorloop_folder" + std::to_string(::getpid())), write("geom.txt", kGeometry);
+    folder_ = fs::temp_directory_path() / ("rotorloop_folder" + std::to_string(::getpid()));
+    write("geom.txt", kGeometry);
   }
   void write(const std::string& name, const std::string& text) {
     fs::create_directories(folder_);
@@ -103,7 +107,8 @@ class PropellerFolder : public RotorFit {
 };
 
 TEST_F(PropellerFolder, StaticTablesOfOverlappingSpeedsAreKeptApartAndThoseThatFollowEachOtherAreOne) {
-  write("a_static.txt", static_rows(2000, 0.118, 5)), write("b_static.txt", static_rows(2200, 0.108, 7));
+  write("a_static.txt", static_rows(2000, 0.118, 5));
+  write("b_static.txt", static_rows(2200, 0.108, 7));
   const PropellerFiles two = read();
   ASSERT_EQ(two.sets.size(), 2u);
   EXPECT_EQ(two.sets[0].label, "static");
@@ -119,7 +124,8 @@ TEST_F(PropellerFolder, StaticTablesOfOverlappingSpeedsAreKeptApartAndThoseThatF
 TEST_F(PropellerFolder, SweepsOfOneSpeedGoByTheirFilesAndAMakersPredictionIsNeverTheOneThatIsFitted) {
   write("static.txt", static_rows(2000, 0.118, 5));
   const std::string sweep = "J CT CP eta\n0.2 0.10 0.05 0.4\n0.3 0.08 0.048 0.5\n0.5 0.05 0.04 0.625\n0.7 0.005 0.02 0.175\n";
-  write("a_3000.txt", sweep), write("b_3000.txt", sweep);
+  write("a_3000.txt", sweep);
+  write("b_3000.txt", sweep);
   write("PER3.dat", " PROP RPM = 2600\n V J Pe Ct Cp\n 0 0.2 0.4 0.10 0.05\n 1 0.7 0.1 0.001 0.02\n");
   PropellerFiles files = read();
   std::vector<std::string> labels;
@@ -183,7 +189,8 @@ TEST_F(RotorFit, FiguresOfFoldersUnderOtherNamesAreThoseOfRotorValidateWithin0p2
 TEST_F(RotorFit, SectionsInABladeElementProgramsFileAreFittedAndAGeometryWithoutMeasurementsIsMarkedUnfitted) {
   const fs::path from = inputs_.data / "propellers/tmotor28";  // the coaxial files beside these are of two rotors
   fs::create_directories(folder_);
-  fs::copy_file(from / "tmotor28.ini", folder_ / "a.ini"), fs::copy_file(from / "tmotor28_data.csv", folder_ / "b.csv");
+  fs::copy_file(from / "tmotor28.ini", folder_ / "a.ini");
+  fs::copy_file(from / "tmotor28_data.csv", folder_ / "b.csv");
   const BladeFit sections = fitted({folder_ / "a.ini", folder_ / "b.csv"}, std::nullopt);
   ASSERT_TRUE(sections.fitted);
   for (const SetScore& s : sections.result.front().geometries[sections.best].scores) {

@@ -28,15 +28,34 @@ stand::RunFacts read_back(const std::string& text) {
 
 stand::RunFacts every_fact() {
   stand::RunFacts f;
-  f.motor = "2306 \"no. 3\"", f.propeller = "5x4.3 no. 1", f.mount = "2", f.esc = "E\\1", f.stand = "bench 2";
-  f.pole_pairs = 7, f.diameter_m = 0.127, f.simulated = true;
-  f.sequence = "staircase,step", f.started_utc = "2026-11-20T08:00:00Z", f.version = "rotorloop 1", f.end = "tripped", f.trip = "thrust_N";
-  f.air_temperature_degC = 21.5, f.air_pressure_Pa = 98100.0, f.air_humidity = 0.4, f.airspeed_m_s = -3.5;
+  f.motor = "2306 \"no. 3\"";
+  f.propeller = "5x4.3 no. 1";
+  f.mount = "2";
+  f.esc = "E\\1";
+  f.stand = "bench 2";
+  f.pole_pairs = 7;
+  f.diameter_m = 0.127;
+  f.simulated = true;
+  f.sequence = "staircase,step";
+  f.started_utc = "2026-11-20T08:00:00Z";
+  f.version = "rotorloop 1";
+  f.end = "tripped";
+  f.trip = "thrust_N";
+  f.air_temperature_degC = 21.5;
+  f.air_pressure_Pa = 98100.0;
+  f.air_humidity = 0.4;
+  f.airspeed_m_s = -3.5;
   f.winding = stand::MeasuredWinding{0.064, 0.06, 15e-6, 18e-6, 0.017, 0.018, 24.5};
   for (const auto& k : stand::kUncertaintyKeys) f.uncertainty[k.key] = 0.001 * static_cast<double>(1 + f.uncertainty.size());
   f.instruments = {{"thrust", "cell", "force", "measured", "this project"}, {"torque", "cell", "torque", "manual", ""}};
-  f.calibrated_on = "2026-11-20", f.calibration_expires = "2027-11-20", f.stand_sha256 = "ab01";
-  f.esc_node = 21, f.esc_name = "org.rotorloop.esc", f.esc_unique_id = "00", f.esc_software = "1.0 00000001", f.esc_image_crc = "ff";
+  f.calibrated_on = "2026-11-20";
+  f.calibration_expires = "2027-11-20";
+  f.stand_sha256 = "ab01";
+  f.esc_node = 21;
+  f.esc_name = "org.rotorloop.esc";
+  f.esc_unique_id = "00";
+  f.esc_software = "1.0 00000001";
+  f.esc_image_crc = "ff";
   f.esc_parameters = {{"pole_pairs", "7"}, {"resistance", "0.06"}};
   return f;
 }
@@ -81,7 +100,9 @@ TEST(RunFolder, AValueOutOfRangeIsRefusedWithItsLineKeyAndRange) {
 
 TEST(RunFolder, AnEstimateFindsSpeedThrustTorqueSupplyAndDutyInTheColumnsThatASessionWrites) {
   std::vector<double> measured(stand::kColumns, stand::kNotMeasured);
-  measured[stand::kOmegaColumn] = 899.5, measured[stand::kThrustColumn] = 1.5, measured[stand::kTorqueColumn] = 0.02;
+  measured[stand::kOmegaColumn] = 899.5;
+  measured[stand::kThrustColumn] = 1.5;
+  measured[stand::kTorqueColumn] = 0.02;
   measured[stand::kDutyColumn] = 0.512345678;
   const std::string line = stand::sample_line(1.23456, 3, 'A', 900.0, measured);
   EXPECT_EQ(line, "1.2346,3,0,900.0000,899.5000,1.50000,0.0200000,,,,,,,,0.512346");

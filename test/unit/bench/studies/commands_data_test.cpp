@@ -182,14 +182,19 @@ TEST(CrazyPadHover, PatternsOfFiveLabelsAreToldApartInElevenFlightsLeftOutInTurn
     for (std::size_t i = 0; i < flights.size(); ++i) {
       if (i == k || count[flights[i].first] < 2) continue;
       auto& [sum, n] = means.try_emplace(flights[i].first, Eigen::Vector4d::Zero(), 0.0).first->second;
-      sum += flights[i].second, n += 1.0;
+      sum += flights[i].second;
+      n += 1.0;
     }
     std::string nearest;
     double least = 1e300;
     for (const auto& [name, mean] : means)
-      if (const double d = (flights[k].second - mean.first / mean.second).norm(); d < least) least = d, nearest = name;
+      if (const double d = (flights[k].second - mean.first / mean.second).norm(); d < least) {
+        least = d;
+        nearest = name;
+      }
     std::printf("%s -> %s (%.1f %%)\n", flights[k].first.c_str(), nearest.c_str(), 100.0 * least);
-    ++judged, right += nearest == flights[k].first;
+    ++judged;
+    right += nearest == flights[k].first;
   }
   EXPECT_EQ(judged, 11);
   EXPECT_EQ(right, 11);

@@ -238,7 +238,9 @@ TEST(HoverReference, DegreesOfFreedomArePooledOverRotorsThatScatterAlikeAndNotOv
 
 TEST(HoverReference, TwoFlightsThatAgreeByChanceDoNotMakeAChangeOf2percentADefect) {
   HoverShare a, b, own;
-  a.demand = {0.6, 0.6, 0.6, 0.6}, b.demand = {0.6001, 0.6, 0.6, 0.6}, own.demand = {0.6, 0.612, 0.6, 0.6};
+  a.demand = {0.6, 0.6, 0.6, 0.6};
+  b.demand = {0.6001, 0.6, 0.6, 0.6};
+  own.demand = {0.6, 0.612, 0.6, 0.6};
   EXPECT_EQ(judge_hover(own, hover_reference({a, b}), vehicle()).verdict, diagnose::DiagnosisVerdict::clean);
   own.demand[1] = 0.636;  // 6 %
   const auto d = judge_hover(own, hover_reference({a, b}), vehicle());

@@ -48,7 +48,10 @@ class FakeBench {
     for (const std::uint64_t end_us = now_us_ + us; now_us_ < end_us;) {
       now_us_ = ++periods_ * 125 / 3;
       board_.advance_to(now_us_);
-      if (now_us_ >= fail_at_us_) board_.can().fail(), fail_at_us_ = ~std::uint64_t{0};
+      if (now_us_ >= fail_at_us_) {
+        board_.can().fail();
+        fail_at_us_ = ~std::uint64_t{0};
+      }
       if (interrupt_) esc_->on_sample(board_);
       if (periods_ % 6 != 0) continue;
       esc_->poll(board_);

@@ -47,7 +47,8 @@ TEST(DirectFit, TellsResistanceDeadTimeAndKneeApartAndTakesTheHeatBackToTheStart
 
 TEST(SpinFit, TellsInertiaFrictionAndLoadApartFromOneAccelerationAndOneCoasting) {
   SpinFit f;
-  f.current_A = 10.0f, f.speed_rad_s = 1000.0f;
+  f.current_A = 10.0f;
+  f.speed_rad_s = 1000.0f;
   const float J = 9.4e-6f, friction = 1.5e-3f, load = 2.9e-8f, flux = 3.4e-4f, torque_constant = 1.5f * 7.0f * flux, T = 1.0f / 24000.0f;
   float w = 300.0f, turned = 0.0f;
   for (int k = 0; k < 12000; ++k) {
@@ -56,8 +57,14 @@ TEST(SpinFit, TellsInertiaFrictionAndLoadApartFromOneAccelerationAndOneCoasting)
     w += T / J * (torque_constant * i - friction - load * w * w);
     integrate(f, i, w, T);
     turned += w;
-    if (k % 96 == 95) add_speed(f, turned / 96.0f), turned = 0.0f;
-    if (coasting) f.emf_V[k % 2] += flux * 7.0f * w * T, f.emf_rad_s[k % 2] += 7.0f * w * T;
+    if (k % 96 == 95) {
+      add_speed(f, turned / 96.0f);
+      turned = 0.0f;
+    }
+    if (coasting) {
+      f.emf_V[k % 2] += flux * 7.0f * w * T;
+      f.emf_rad_s[k % 2] += 7.0f * w * T;
+    }
   }
   const SpinResult r = solve(f, 7.0f);
   ASSERT_TRUE(r.valid);
@@ -83,7 +90,8 @@ TEST(Plausible, NamesWhatIsWrongWithAResultAtRest) {
 TEST(Plausible, NamesWhatIsWrongWithAResultOfTheSpinning) {
   const SpinResult good{3.42e-4f, 9.4e-6f, 1.5e-3f, 2.9e-8f, true};
   CommissioningOrder order;
-  order.speed_constant_rpm_V = 2300.0f, order.bell_inertia_kg_m2 = 5e-6f;
+  order.speed_constant_rpm_V = 2300.0f;
+  order.bell_inertia_kg_m2 = 5e-6f;
   EXPECT_EQ(judge_spin(good, good, order, 7.0f), none);
   EXPECT_EQ(judge_spin(good, good, order, 6.0f), none);  // 14 %: K_v alone does not tell 6 from 7 pole pairs
   EXPECT_EQ(judge_spin(good, good, order, 5.0f), speed_constant_differs);
@@ -91,7 +99,8 @@ TEST(Plausible, NamesWhatIsWrongWithAResultOfTheSpinning) {
   SpinResult other = good;
   other.flux_linkage_Wb = 3.65e-4f;
   EXPECT_EQ(judge_spin(good, other, order, 7.0f), runs_differ_flux);
-  other = good, other.inertia_kg_m2 = 8.8e-6f;
+  other = good;
+  other.inertia_kg_m2 = 8.8e-6f;
   EXPECT_EQ(judge_spin(good, other, order, 7.0f), runs_differ_inertia);
   order.bell_inertia_kg_m2 = 1.1e-5f;
   EXPECT_EQ(judge_spin(good, good, order, 7.0f), inertia_below_bell);
@@ -107,8 +116,13 @@ TEST(Plausible, PolePairsComeFromACountedSpeedOrNotAtAll) {
 
 TEST(CommissioningResult, BecomesParametersOnlyWhenItIsWhole) {
   CommissioningResult r;
-  r.resistance_ohm = 0.068f, r.inductance_d_H = 14e-6f, r.inductance_q_H = 18e-6f;
-  r.flux_linkage_Wb = 4e-4f, r.inertia_kg_m2 = 1e-5f, r.load_N_m_s2 = 3e-8f, r.pole_pairs = 6;
+  r.resistance_ohm = 0.068f;
+  r.inductance_d_H = 14e-6f;
+  r.inductance_q_H = 18e-6f;
+  r.flux_linkage_Wb = 4e-4f;
+  r.inertia_kg_m2 = 1e-5f;
+  r.load_N_m_s2 = 3e-8f;
+  r.pole_pairs = 6;
   r.standstill_valid = true;
   r.end = overcurrent;
   EXPECT_EQ(with_commissioning({}, r, 0.004f).resistance_ohm, Parameters{}.resistance_ohm);
@@ -118,7 +132,8 @@ TEST(CommissioningResult, BecomesParametersOnlyWhenItIsWhole) {
   EXPECT_NEAR(rest.inductance_H, 16e-6f, 1e-9f);
   EXPECT_NEAR(rest.inductance_ratio, 18.0f / 14.0f, 1e-5f);
   EXPECT_EQ(rest.flux_linkage_Wb, Parameters{}.flux_linkage_Wb);  // not measured
-  r.spin_valid = true, r.direction = SeenDirection::reversed;
+  r.spin_valid = true;
+  r.direction = SeenDirection::reversed;
   const Parameters all = with_commissioning({}, r, 0.004f);
   EXPECT_EQ(all.flux_linkage_Wb, 4e-4f);
   EXPECT_EQ(all.pole_pairs, 6);
@@ -127,7 +142,8 @@ TEST(CommissioningResult, BecomesParametersOnlyWhenItIsWhole) {
 
 TEST(CommissioningResult, LossOfALegIsOddGrowsWithCurrentAndEndsAtTheDeadTime) {
   CommissioningResult r;
-  r.dead_time_s = 800e-9f, r.dead_time_knee_A = 0.05f;
+  r.dead_time_s = 800e-9f;
+  r.dead_time_knee_A = 0.05f;
   const auto loss_V = [&](float i) { return bridge_loss_V(r, 48000.0f, 0.8f, 15.0f, i); };
   EXPECT_NEAR(loss_V(20.0f), 0.637f, 0.003f);
   EXPECT_EQ(loss_V(0.0f), 0.0f);

@@ -44,7 +44,8 @@ TEST(Commissioning, FindsResistanceInductancesAndDeadTimeAtRestWithinTwoPercentA
 
 TEST(Commissioning, FindsFluxInertiaAndThePropellersTorqueBySpinning) {
   Rig r = rig(CommissioningTask::all);
-  r.order.speed_constant_rpm_V = 2540.0f, r.order.bell_inertia_kg_m2 = 5e-6f;
+  r.order.speed_constant_rpm_V = 2540.0f;
+  r.order.bell_inertia_kg_m2 = 5e-6f;
   const CommissioningResult found = r.run_until();
   ASSERT_EQ(found.end, CommissioningEnd::done);
   EXPECT_TRUE(found.spin_valid);
@@ -148,7 +149,8 @@ TEST(Commissioning, RefusesWrongPolePairsByTheSpeedConstantAndAHeldRotorByName) 
   Parameters entered;
   entered.pole_pairs = 5;
   Rig wrong(true_motor(), entered, kBus_V, kLoad_N_m_s2, 3);
-  wrong.order.task = CommissioningTask::all, wrong.order.speed_constant_rpm_V = 2540.0f;
+  wrong.order.task = CommissioningTask::all;
+  wrong.order.speed_constant_rpm_V = 2540.0f;
   EXPECT_EQ(wrong.run_until().end, CommissioningEnd::speed_constant_differs);
 
   sim::DriveParameters held = true_motor();

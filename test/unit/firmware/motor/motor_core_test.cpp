@@ -59,7 +59,8 @@ TEST(CurrentSense, LearnsTheZeroOf256SamplesAndRefusesOneOutOfTolerance) {
 
 TEST(CurrentSense, FollowsAZeroThatDriftsWhereTheHighSideIsOnForLongEnoughAndNoSpoiltConversion) {
   SenseConfig c = sense_config();
-  c.zero_compare = 260, c.zero_rate = 0.01f;
+  c.zero_compare = 260;
+  c.zero_rate = 0.01f;
   float zero_counts = 2553.0f;
   for (int k = 0; k < 1000; ++k) follow_zero(c, zero_counts, static_cast<std::uint16_t>(2553 + k / 50), 800);  // 20 counts in 1 000 looks
   EXPECT_NEAR(zero_counts, 2572.0f, 2.0f);
@@ -319,7 +320,8 @@ TEST(Limits, MirrorForTheOtherDirection) {
 
 CurrentRange wide() {
   CurrentRange r;
-  r.low_A = -36.0f, r.high_A = 36.0f;
+  r.low_A = -36.0f;
+  r.high_A = 36.0f;
   return r;
 }
 
@@ -370,7 +372,10 @@ StartStep look(const Observed& observed, StartState& s) {
 
 TEST(StartUp, CatchesATrustedSteadyRotationAndAlignsAnythingElse) {
   StartInputs turning;
-  turning.observed_rad_s = 500.0f, turning.lock = 0.99f, turning.flux_ratio = 1.0f, turning.current_A = 8.0f;
+  turning.observed_rad_s = 500.0f;
+  turning.lock = 0.99f;
+  turning.flux_ratio = 1.0f;
+  turning.current_A = 8.0f;
   StartState s;
   EXPECT_TRUE(look([&](int) { return turning; }, s).caught);
   StartInputs untrusted = turning;
@@ -391,7 +396,10 @@ TEST(StartUp, CatchesATrustedSteadyRotationAndAlignsAnythingElse) {
 
 TEST(StartUp, HoldsARotorWhereItWasSeenTurningAndSweepsForOneThatWasNot) {
   StartInputs nearly_at_rest;
-  nearly_at_rest.observed_rad_s = -30.0f, nearly_at_rest.lock = 0.99f, nearly_at_rest.flux_ratio = 1.0f, nearly_at_rest.current_A = 1.0f;
+  nearly_at_rest.observed_rad_s = -30.0f;
+  nearly_at_rest.lock = 0.99f;
+  nearly_at_rest.flux_ratio = 1.0f;
+  nearly_at_rest.current_A = 1.0f;
   nearly_at_rest.observed = Angle::from_rad(2.0f);
   StartState s;
   look([&](int) { return nearly_at_rest; }, s);

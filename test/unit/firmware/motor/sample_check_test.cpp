@@ -14,7 +14,8 @@ constexpr Stator kExpected_A{30.0f, 0.0f};
 
 Sensed two_phases(float v_A, float w_A) {  // the low side of U was on too briefly
   Sensed s;
-  s.usable = 2, s.blind = 0;
+  s.usable = 2;
+  s.blind = 0;
   s.phase_A = {-(v_A + w_A), v_A, w_A};
   s.current_A = clarke(s.phase_A);
   return s;

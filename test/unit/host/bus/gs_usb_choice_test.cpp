@@ -45,13 +45,18 @@ class Tree {
     std::ofstream(root_ / path) << text << "\n";
   }
   void adapter(const std::string& path, const std::string& serial, const std::string& interface = "00") {
-    write(path + "/idVendor", "1d50"), write(path + "/idProduct", "606f");
-    write(path + "/busnum", "1"), write(path + "/devnum", "7");
+    write(path + "/idVendor", "1d50");
+    write(path + "/idProduct", "606f");
+    write(path + "/busnum", "1");
+    write(path + "/devnum", "7");
     if (!serial.empty()) write(path + "/serial", serial);
     const std::string i = path + "/" + path + ":1." + interface.substr(1);
-    write(i + "/bInterfaceNumber", interface), write(i + "/bInterfaceClass", "ff");
-    write(i + "/ep_81/bEndpointAddress", "81"), write(i + "/ep_81/bmAttributes", "02");
-    write(i + "/ep_02/bEndpointAddress", "02"), write(i + "/ep_02/bmAttributes", "02");
+    write(i + "/bInterfaceNumber", interface);
+    write(i + "/bInterfaceClass", "ff");
+    write(i + "/ep_81/bEndpointAddress", "81");
+    write(i + "/ep_81/bmAttributes", "02");
+    write(i + "/ep_02/bEndpointAddress", "02");
+    write(i + "/ep_02/bmAttributes", "02");
   }
   const fs::path& root() const { return root_; }
 
@@ -63,8 +68,10 @@ TEST(GsUsbTree, TellsSerialPlaceEndpointsDriverAndInterfaces) {
   Tree t;
   t.adapter("1-1.2", "0042001A", "01");
   t.write("1-1.2/product", "candleLight USB to CAN adapter");
-  t.write("1-1.2/1-1.2:1.0/bInterfaceNumber", "00"), t.write("1-1.2/1-1.2:1.0/bInterfaceClass", "fe");  // firmware update
-  t.write("1-1.2/1-1.2:1.1/net/can0/flags", "0x40081"), t.write("1-1.2/1-1.2:1.1/net/can1/flags", "0x40080");
+  t.write("1-1.2/1-1.2:1.0/bInterfaceNumber", "00");
+  t.write("1-1.2/1-1.2:1.0/bInterfaceClass", "fe");  // firmware update
+  t.write("1-1.2/1-1.2:1.1/net/can0/flags", "0x40081");
+  t.write("1-1.2/1-1.2:1.1/net/can1/flags", "0x40080");
   fs::create_directories(t.root() / "drivers/gs_usb");
   fs::create_symlink(t.root() / "drivers/gs_usb", t.root() / "1-1.2/1-1.2:1.1/driver");
   const auto found = plugged_in(t.root());
@@ -82,12 +89,18 @@ TEST(GsUsbTree, TellsSerialPlaceEndpointsDriverAndInterfaces) {
 TEST(GsUsbTree, LeavesOutOtherDevicesAndSuchWithGarbageInTheirDescriptors) {
   Tree t;
   t.write("usb1/idVendor", "1d6b");
-  t.adapter("1-1", "A"), t.write("1-1/idProduct", "0002");
-  t.adapter("1-2", "B"), t.write("1-2/1-2:1.0/bInterfaceClass", "03");
-  t.adapter("1-3", "C"), t.write("1-3/1-3:1.0/ep_02/bmAttributes", "03");
-  t.adapter("1-4", "D"), t.write("1-4/1-4:1.0/bInterfaceNumber", "");
-  t.adapter("1-5", "E"), t.write("1-5/devnum", "many");
-  t.adapter("1-6", "F"), t.write("1-6/1-6:1.0/ep_81/bEndpointAddress", "ffff");
+  t.adapter("1-1", "A");
+  t.write("1-1/idProduct", "0002");
+  t.adapter("1-2", "B");
+  t.write("1-2/1-2:1.0/bInterfaceClass", "03");
+  t.adapter("1-3", "C");
+  t.write("1-3/1-3:1.0/ep_02/bmAttributes", "03");
+  t.adapter("1-4", "D");
+  t.write("1-4/1-4:1.0/bInterfaceNumber", "");
+  t.adapter("1-5", "E");
+  t.write("1-5/devnum", "many");
+  t.adapter("1-6", "F");
+  t.write("1-6/1-6:1.0/ep_81/bEndpointAddress", "ffff");
   t.adapter("1-7", "");
   const auto found = plugged_in(t.root());
   ASSERT_EQ(found.size(), 1u);
@@ -136,7 +149,8 @@ TEST(GsUsbName, ThatCannotBeOneIsRefused) {
 
 UsbAdapter adapter(const char* path, const char* serial) {
   UsbAdapter a;
-  a.path = path, a.serial = serial;
+  a.path = path;
+  a.serial = serial;
   return a;
 }
 
@@ -157,7 +171,8 @@ TEST(GsUsbChoice, RefusesWhatIsNotThereAmbiguousOrUsedAndSaysWhatToDo) {
               AllOf(HasSubstr("several adapters are plugged in: gsusb:A, gsusb:1-2"), HasSubstr("name one")));
   EXPECT_THAT(text("A", {adapter("1-1", "A"), adapter("1-2", "A")}), HasSubstr("name one by its port: gsusb:1-1 or gsusb:1-2"));
   UsbAdapter busy = adapter("1-1", "A");
-  busy.driver = "gs_usb", busy.interfaces = {"can0"};
+  busy.driver = "gs_usb";
+  busy.interfaces = {"can0"};
   EXPECT_EQ(choose_adapter(parse_settings("A", ""), {&busy, 1}).path, "1-1") << "the kernel's driver has it, and nobody uses that";
   busy.up = {"can0"};
   EXPECT_THAT(text("A", {busy}),

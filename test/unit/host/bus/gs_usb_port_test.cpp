@@ -53,7 +53,10 @@ struct TwoEnds {
 
 BusFrame numbered(std::uint32_t n, bool extended = true, std::size_t length = 8, bool fd = false) {
   BusFrame f;
-  f.id = n, f.extended = extended, f.fd = fd, f.bit_rate_switch = fd;
+  f.id = n;
+  f.extended = extended;
+  f.fd = fd;
+  f.bit_rate_switch = fd;
   f.length = static_cast<std::uint8_t>(length);
   for (std::size_t i = 0; i < length; ++i) f.data[i] = static_cast<std::uint8_t>(n + 3 * i);
   return f;
@@ -96,7 +99,8 @@ TEST(GsUsbPort, CarriesEveryKindAndLengthOfFrameEqualStampedAndConfirmed) {
 TEST(GsUsbPort, SetsTheBitRateThatIsAskedForAndStampsByTheAdaptersClock) {
   TwoEnds bus(true, {}, "@500000");
   EXPECT_EQ(bus.plug.device->controller(0).rate_Hz, 500e3);
-  bus.a->send_any(numbered(1)), bus.a->send_any(numbered(2));
+  bus.a->send_any(numbered(1));
+  bus.a->send_any(numbered(2));
   bus.pass(5 * kMillisecond_ns);
   ASSERT_EQ(bus.at_b.size(), 2u);
   const double apart_us = static_cast<double>(bus.at_b[1].time_ns - bus.at_b[0].time_ns) * 1e-3;
@@ -231,7 +235,10 @@ TEST(GsUsbPort, GetsItsEchoNumbersBackThoughEchoesAreLost) {
   bus.plug.device->faults.lost_echoes = 9;
   for (std::uint32_t n = 0; n < 9; ++n) bus.a->send_any(numbered(n));
   bus.pass(1500 * kMillisecond_ns);
-  for (std::uint32_t n = 9; n < 40; ++n) bus.a->send_any(numbered(n)), bus.pass(kMillisecond_ns);
+  for (std::uint32_t n = 9; n < 40; ++n) {
+    bus.a->send_any(numbered(n));
+    bus.pass(kMillisecond_ns);
+  }
   EXPECT_EQ(bus.at_b.size(), 40u);
   EXPECT_EQ(bus.a->counters().sent, 31u);
   EXPECT_EQ(bus.a->link_counters().unconfirmed, 9u) << "they are told as not confirmed for ever";
@@ -256,7 +263,8 @@ TEST(GsUsbPort, ClosingWaitsForTheLastFrameStopsTheChannelAndGivesTheAdapterBack
   std::size_t heard = 0;
   while (b->receive_any()) ++heard;
   EXPECT_EQ(heard, 30u) << "a disarm is sent before the channel closes";
-  b.reset(), adapter.reset();
+  b.reset();
+  adapter.reset();
   EXPECT_FALSE(plug.device->controller(1).on);
   EXPECT_FALSE(plug.claimed);
   EXPECT_EQ(plug.transfers_pending, 0);
@@ -345,7 +353,9 @@ TEST(GsUsbUnplug, AtEveryTransferOfAnExchangeOf200FramesEndsByNameAndAccountsFor
       std::uint64_t offered = 0, heard = 0;
       try {
         for (std::uint32_t n = 0; n < 200; ++n) {
-          a->send_any(numbered(n)), b->send_any(numbered(n + 1000)), ++offered;
+          a->send_any(numbered(n));
+          b->send_any(numbered(n + 1000));
+          ++offered;
           plug.now_ns += kMillisecond_ns;
           for (GsUsbPort* p : {a.get(), b.get()}) {
             while (p->receive_any()) ++heard;
@@ -401,7 +411,10 @@ TEST(GsUsbUnplug, IsWaitedForWhereAskedAndAReplugWithAnotherInterfaceNumberGoesO
   EXPECT_EQ(waiting.send_any(numbered(2)), SendStatus::bus_off);
   other.reset();
   plug = std::make_unique<UsbPlug>(false, CandlelightOptions{.interface = 1});
-  while (!other) waiting.wait_until(waiting.now_ns() + 10 * kMillisecond_ns), waiting.receive_any();
+  while (!other) {
+    waiting.wait_until(waiting.now_ns() + 10 * kMillisecond_ns);
+    waiting.receive_any();
+  }
   other->send_any(numbered(3));
   const auto heard = waiting.receive_any();
   ASSERT_TRUE(heard);

@@ -68,7 +68,8 @@ TEST(GsUsbFrame, ThatIsAnEchoRemoteOrAnErrorReportIsTold) {
   bytes[7] = 0x40;
   EXPECT_EQ(decode_message(bytes, false).content, Content::remote);
   bytes = encoded(frame_of(CAN_ERR_BUSOFF, false, 8), kReceived, 1, {});
-  bytes[7] = 0x20, bytes[18] = 255;
+  bytes[7] = 0x20;
+  bytes[18] = 255;
   const Message report = decode_message(bytes, false);
   EXPECT_EQ(report.content, Content::error_report);
   EXPECT_EQ(report.report.state, BusState::bus_off);
@@ -140,10 +141,12 @@ KernelChoice kernel_choice(std::uint32_t clock_Hz, std::uint32_t rate_Hz, std::u
         if (inner - tried > l.seg1_max) tried = inner - l.seg1_max;
         const std::uint32_t sample = 1000 * (quanta - tried) / quanta;
         if (sample > sample_permille || sample_permille - sample >= sample_error) continue;
-        sample_error = sample_permille - sample, seg2 = tried;
+        sample_error = sample_permille - sample;
+        seg2 = tried;
       }
       if (sample_error >= best_sample_error) continue;
-      best_rate_error = error, best_sample_error = sample_error;
+      best_rate_error = error;
+      best_sample_error = sample_error;
       best = {.prescaler = prescaler, .quanta = quanta, .seg2 = seg2};
     }
   }
@@ -262,7 +265,8 @@ TEST(GsUsbInFlight, GivesALostEchoUpWhenAFrameOfASecondLaterIsConfirmed) {
   constexpr std::int64_t kSecond_ns = 1'000'000'000;
   InFlight f;
   const std::uint32_t lost = *f.begin(0), later = *f.begin(kSecond_ns - 1);
-  f.transferred(lost, true), f.transferred(later, true);
+  f.transferred(lost, true);
+  f.transferred(later, true);
   EXPECT_EQ(f.give_up_lost(), 0u);
   f.confirmed(later);
   EXPECT_EQ(f.give_up_lost(), 0u);

@@ -12,7 +12,10 @@ namespace rotorloop::test {
 
 inline BusFrame frame_of(std::uint32_t id, bool extended, std::size_t length, bool fd = false) {
   BusFrame f;
-  f.id = id, f.extended = extended, f.fd = fd, f.bit_rate_switch = fd;
+  f.id = id;
+  f.extended = extended;
+  f.fd = fd;
+  f.bit_rate_switch = fd;
   f.length = static_cast<std::uint8_t>(length);
   for (std::size_t i = 0; i < length; ++i) f.data[i] = static_cast<std::uint8_t>(7 * i + 1);
   return f;

@@ -95,7 +95,9 @@ canfd_frame report(std::uint32_t classes, std::uint8_t controller = 0, std::uint
   canfd_frame raw{};
   raw.can_id = CAN_ERR_FLAG | classes;
   raw.len = CAN_ERR_DLC;
-  raw.data[1] = controller, raw.data[6] = tx, raw.data[7] = rx;
+  raw.data[1] = controller;
+  raw.data[6] = tx;
+  raw.data[7] = rx;
   return raw;
 }
 
@@ -168,7 +170,9 @@ class Netlink {
     head.nlmsg_type = RTM_NEWLINK;
     put(&head, sizeof head);
     ifinfomsg body{};
-    body.ifi_type = hardware, body.ifi_index = index, body.ifi_flags = flags;
+    body.ifi_type = hardware;
+    body.ifi_index = index;
+    body.ifi_flags = flags;
     put(&body, sizeof body);
     attributes();
     head.nlmsg_len = static_cast<std::uint32_t>(bytes.size() - at);
@@ -187,7 +191,8 @@ Netlink three_links() {
       n.text(IFLA_INFO_KIND, "can");
       n.nest(IFLA_INFO_DATA, [&] {
         can_bittiming timing{}, data{};
-        timing.bitrate = 500'000, data.bitrate = 2'000'000;
+        timing.bitrate = 500'000;
+        data.bitrate = 2'000'000;
         n.attribute(IFLA_CAN_BITTIMING, &timing, sizeof timing);
         n.attribute(IFLA_CAN_DATA_BITTIMING, &data, sizeof data);
         n.number(IFLA_CAN_STATE, CAN_STATE_ERROR_PASSIVE);

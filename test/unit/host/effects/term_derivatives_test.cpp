@@ -90,7 +90,8 @@ TEST_P(EveryTerm, HasExactDerivativesByItsParameters) {
     for (std::size_t k = 0; k < values.size(); ++k) {
       const double e = 1e-4 * t.info.parameters[k].scale;
       auto up = values, down = values;
-      up[k] += e, down[k] -= e;
+      up[k] += e;
+      down[k] -= e;
       const auto a = rows(wrench(flight, list, up)), b = rows(wrench(flight, list, down));
       for (std::size_t i = 0; i < 6; ++i)
         expect_slope(rows(s)[i]->d[k], a[i], b[i], e, std::string(t.info.parameters[k].name) + ", row " + std::to_string(i));

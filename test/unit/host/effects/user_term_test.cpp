@@ -79,7 +79,10 @@ TEST(UserExpression, SaysAtWhichColumnItIsWrong) {
 
 TEST(UserExpression, RefusesWhatWouldNotFitIntoTheController) {
   std::string sum = "v_x", nested = "v_x";
-  for (int i = 0; i < 40; ++i) sum += " + v_x", nested = "(" + nested + ")";
+  for (int i = 0; i < 40; ++i) {
+    sum += " + v_x";
+    nested = "(" + nested + ")";
+  }
   EXPECT_THAT(fault(sum).what, HasSubstr("too long"));
   EXPECT_THAT(fault(nested).what, HasSubstr("nested"));
   std::string right = "v_x";

@@ -65,7 +65,8 @@ TEST(DriveFault, ShortedLowFetAgainstASwitchingHighSideDrawsMoreThanAnyFuseAllow
 
 TEST(DriveFault, ThermistorOpenAndShortReadTheTwoRails) {
   Drive open = drive_with({.kind = DriveFaultKind::ntc_open}), shorted = drive_with({.kind = DriveFaultKind::ntc_short});
-  run_ms(open, 2), run_ms(shorted, 2);
+  run_ms(open, 2);
+  run_ms(shorted, 2);
   EXPECT_EQ(open.sample().temperature, 0);
   EXPECT_EQ(shorted.sample().temperature, 4095);
 }
@@ -73,7 +74,8 @@ TEST(DriveFault, ThermistorOpenAndShortReadTheTwoRails) {
 TEST(DriveFault, WeakMagnetsLoseTheirShareOfTorqueAndBackEmf) {
   Drive d = drive_with({.kind = DriveFaultKind::weak_magnets, .from_s = 0.0, .size = 0.8});
   Drive whole = drive_with({.kind = DriveFaultKind::weak_magnets, .from_s = 0.0, .size = 1.0});
-  run_ms(d, 2), run_ms(whole, 2);
+  run_ms(d, 2);
+  run_ms(whole, 2);
   // Generating with the bridge shorted: current is EMF over impedance.
   for (Drive* x : {&d, &whole}) {
     x->motor().state().omega_rad_s = 600.0;

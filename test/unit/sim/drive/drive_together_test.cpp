@@ -63,7 +63,10 @@ class DrivesTogether : public testing::TestWithParam<std::tuple<std::size_t, Law
 TEST_P(DrivesTogether, GetTheBitsOfASingleDriveOver2000PwmPeriods) {
   std::vector<Drive> alone, together;
   const auto [count, law] = GetParam();
-  for (std::size_t i = 0; i < count; ++i) alone.push_back(drive_number(i, law)), together.push_back(drive_number(i, law));
+  for (std::size_t i = 0; i < count; ++i) {
+    alone.push_back(drive_number(i, law));
+    together.push_back(drive_number(i, law));
+  }
   std::vector<Drive*> pointers;
   for (Drive& d : together) pointers.push_back(&d);
   for (int period = 0; period < 2000; period += 2) {

@@ -46,7 +46,8 @@ Bench bench(const Point& p) {
              .static_friction_N_m = 0.0,
              .cogging_N_m = 0.0};
   b.state.omega_rad_s = w_e;
-  b.state.cos_e = std::cos(rotor_rad), b.state.sin_e = std::sin(rotor_rad);
+  b.state.cos_e = std::cos(rotor_rad);
+  b.state.sin_e = std::sin(rotor_rad);
   b.state.i_d_A = p.amplitude_A * std::cos(p.direction_rad - rotor_rad);
   b.state.i_q_A = p.amplitude_A * std::sin(p.direction_rad - rotor_rad);
   for (std::size_t k = 0; k < 3; ++k)
@@ -71,7 +72,9 @@ SwitchedPeriod steady_period(Bench& b) {
     if (pass == 12) return p;
     const double per_A = 0.7 * 15e-6 * kPwm_Hz / kBus_V;  // duty
     const PhaseCurrents off = to_phases(Vector2{after.alpha - before.alpha, after.beta - before.beta});
-    b.duty[0] -= per_A * off.u, b.duty[1] -= per_A * off.v, b.duty[2] -= per_A * off.w;
+    b.duty[0] -= per_A * off.u;
+    b.duty[1] -= per_A * off.v;
+    b.duty[2] -= per_A * off.w;
   }
 }
 
@@ -183,9 +186,13 @@ struct Balance {
 Balance balance(double inductance_H, double node_F, double longest_step_s, std::uint8_t gates, double duty, double i_d_A) {
   constexpr double kInertia_kg_m2 = 1e-6, kPeriods = 480;
   Bench b;
-  b.stage.inverter.pwm_Hz = kPwm_Hz, b.stage.inverter.dead_time_s = 800e-9, b.stage.inverter.node_capacitance_F = node_F;
-  b.stage.inverter.switch_resistance_ohm = 0.0, b.stage.inverter.diode_drop_V = 0.0;
-  b.stage.bus_V = 24.0, b.stage.longest_step_s = longest_step_s;
+  b.stage.inverter.pwm_Hz = kPwm_Hz;
+  b.stage.inverter.dead_time_s = 800e-9;
+  b.stage.inverter.node_capacitance_F = node_F;
+  b.stage.inverter.switch_resistance_ohm = 0.0;
+  b.stage.inverter.diode_drop_V = 0.0;
+  b.stage.bus_V = 24.0;
+  b.stage.longest_step_s = longest_step_s;
   b.motor = {.pole_pairs = 7.0,
              .resistance_ohm = 0.0,
              .inductance_d_H = inductance_H,
@@ -194,7 +201,9 @@ Balance balance(double inductance_H, double node_F, double longest_step_s, std::
              .inertia_kg_m2 = kInertia_kg_m2,
              .static_friction_N_m = 0.0,
              .cogging_N_m = 0.0};
-  b.state.omega_rad_s = 1000.0, b.state.cos_e = 1.0, b.state.i_d_A = i_d_A;
+  b.state.omega_rad_s = 1000.0;
+  b.state.cos_e = 1.0;
+  b.state.i_d_A = i_d_A;
   const auto stored_J = [&] {
     return 0.5 * kInertia_kg_m2 * b.state.omega_rad_s * b.state.omega_rad_s +
            0.75 * inductance_H * (b.state.i_d_A * b.state.i_d_A + b.state.i_q_A * b.state.i_q_A);

@@ -18,7 +18,10 @@ constexpr double kSampling_s = 1.0 / 48000.0;
 
 struct Range {
   double least = 1e300, most = -1e300;
-  void add(double x) { least = std::min(least, x), most = std::max(most, x); }
+  void add(double x) {
+    least = std::min(least, x);
+    most = std::max(most, x);
+  }
 };
 
 TEST(TypicalBoard, DrawsFillTheStatedRangesAndKeepTheMeanInductance) {
@@ -32,7 +35,8 @@ TEST(TypicalBoard, DrawsFillTheStatedRangesAndKeepTheMeanInductance) {
     for (const double d : t.drive.sensing.drift_counts) drift.add(d);
     reference.add(t.drive.sensing.reference_V / 3.3);
     divider.add(t.drive.sensing.bus_ratio / 0.09626);
-    ppm.add(t.clock_ppm), phase.add(t.pwm_phase);
+    ppm.add(t.clock_ppm);
+    phase.add(t.pwm_phase);
   }
   const auto fills = [](const Range& r, double low, double high) {
     const double tenth = 0.1 * (high - low);
@@ -41,8 +45,13 @@ TEST(TypicalBoard, DrawsFillTheStatedRangesAndKeepTheMeanInductance) {
     EXPECT_LE(r.most, high);
     EXPECT_GT(r.most, high - tenth);
   };
-  fills(dead_ns, 500.0, 1100.0), fills(saliency, 1.0, 1.4), fills(drift, -20.0, 20.0), fills(reference, 0.99, 1.01);
-  fills(divider, 0.99, 1.01), fills(ppm, -50.0, 50.0), fills(phase, 0.0, 1.0);
+  fills(dead_ns, 500.0, 1100.0);
+  fills(saliency, 1.0, 1.4);
+  fills(drift, -20.0, 20.0);
+  fills(reference, 0.99, 1.01);
+  fills(divider, 0.99, 1.01);
+  fills(ppm, -50.0, 50.0);
+  fills(phase, 0.0, 1.0);
 }
 
 TEST(TypicalBoard, EnergyFromTheBusIsCopperMotionFrictionDiodesAndTheSaturatedField) {
@@ -91,7 +100,8 @@ TEST(TypicalBoard, OneConversionInTheStatedNumberIsNonsenseOnEveryChannelInTurn)
                                     std::abs(r.bus - 1792), std::abs(r.temperature - 1738)};
     for (int c = 0; c < 5; ++c)
       if (far[static_cast<std::size_t>(c)] > 40) {
-        ++bad, channels.insert(c);
+        ++bad;
+        channels.insert(c);
         if (n - last == 1) ++doubles;
         last = n;
       }

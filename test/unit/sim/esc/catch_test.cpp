@@ -45,7 +45,8 @@ Caught catch_at(double share, const EscDraw& d, bool pulsed = true) {
     const MotorState s = run.esc().telemetry().state;
     if (s == MotorState::running || s == MotorState::handover) c.after_ms = std::min(c.after_ms, ms);
   });
-  c.trips = run.trips(), c.peak_A = run.peak_A();
+  c.trips = run.trips();
+  c.peak_A = run.peak_A();
   return c;
 }
 
@@ -57,7 +58,8 @@ TEST(Catch, ARotorOf6MicrohenryIsCaughtWithin20MsFrom20To90PercentOfItsSpeedWith
         const Caught c = catch_at(share, low_inductance_5in(cells, 5.9e-6, seed));
         EXPECT_LT(c.after_ms, 20.0) << cells << " cells, " << share << ", seed " << seed;
         EXPECT_EQ(c.trips, 0) << cells << " cells, " << share << ", seed " << seed;
-        latest_ms = std::max(latest_ms, c.after_ms), peak_A = std::max(peak_A, c.peak_A);
+        latest_ms = std::max(latest_ms, c.after_ms);
+        peak_A = std::max(peak_A, c.peak_A);
       }
   std::printf("caught within %.1f ms, peak %.0f A\n", latest_ms, peak_A);
 }

@@ -28,7 +28,9 @@ TEST(FaultSchedule, NothingIsDrivenWithoutAFreshSetpointAndNothingStaysDeadWitho
   double longest_ms = 0.0, blind_ms = 0.0;
   FaultSettings s{.count = schedules};
   s.each = [&](const FaultOutcome& o) {
-    ++flown, tripped += o.tripped, latched += o.latched;
+    ++flown;
+    tripped += o.tripped;
+    latched += o.latched;
     longest_ms = std::max(longest_ms, o.simulated_ms);
     blind_ms = std::max(blind_ms, o.blind_running_ms);
     EXPECT_EQ(fault_failure(o), "") << "schedule " << o.number << ": " << o.faults;

@@ -39,8 +39,10 @@ class Watched {
       time_s_ += 1.0 / kCurrentLoop_Hz;
       turns_ += esc_.omega_rad_s() / (2.0 * std::numbers::pi * kCurrentLoop_Hz);
       const auto& compare = esc_.board().compare.phase;
-      if (esc_.board().bridge && esc_.motor().variables().blocked != firmware::Blocked::self_test)
-        high_side_ = high_side_ || compare[0] != 0 || compare[1] != 0 || compare[2] != 0, shorted_s_ += 1.0 / kCurrentLoop_Hz;
+      if (esc_.board().bridge && esc_.motor().variables().blocked != firmware::Blocked::self_test) {
+        high_side_ = high_side_ || compare[0] != 0 || compare[1] != 0 || compare[2] != 0;
+        shorted_s_ += 1.0 / kCurrentLoop_Hz;
+      }
     }
   }
   Esc& esc() { return esc_; }

@@ -49,7 +49,10 @@ TEST(RotorLock, BridgeOffWithin150MillisecondsHalfTheLimitRmsOverAny5SecondsLatc
     run_ms(esc, 7000.0, [&](double ms) {
       const auto& s = esc.drive().motor().state();
       sum_A2 += s.i_d_A * s.i_d_A + s.i_q_A * s.i_q_A;
-      if (++n % kPeriodsPerMs == 0) square_A2.push_back(sum_A2 / kPeriodsPerMs), sum_A2 = 0.0;
+      if (++n % kPeriodsPerMs == 0) {
+        square_A2.push_back(sum_A2 / kPeriodsPerMs);
+        sum_A2 = 0.0;
+      }
       if (off_ms < 0.0 && !esc.board().bridge) off_ms = ms;
       if (latch_ms < 0.0 && esc.telemetry().latched) latch_ms = ms;
     });
@@ -80,7 +83,8 @@ TEST(RotorLock, WithoutStallDetectionCurrentFlowsForAsLongAsItIsHeldAndNobodyIsT
   int n = 0;
   run_ms(esc, 5000.0, [&](double) {
     const auto& s = esc.drive().motor().state();
-    sum_A2 += s.i_d_A * s.i_d_A + s.i_q_A * s.i_q_A, ++n;
+    sum_A2 += s.i_d_A * s.i_d_A + s.i_q_A * s.i_q_A;
+    ++n;
   });
   std::printf("without stall detection: %.1f A rms over 5 s\n", std::sqrt(sum_A2 / n));
   EXPECT_TRUE(esc.board().bridge);

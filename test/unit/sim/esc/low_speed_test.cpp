@@ -35,7 +35,8 @@ TEST(LowSpeed, ACurrentAlongTheMagnetSteadiesTheEstimateAt1500Rpm) {
       run_ms(esc, 1000.0);
       run_ms(esc, 500.0, [&](double) {
         const double seen = static_cast<double>(esc.telemetry().speed_rad_s);
-        sum2 += std::pow(seen - esc.omega_rad_s(), 2), ++n;
+        sum2 += std::pow(seen - esc.omega_rad_s(), 2);
+        ++n;
       });
     }
     return std::sqrt(sum2 / n);
@@ -102,7 +103,9 @@ TEST(LowSpeed, AGimbalMotorKeepsItsSpeedWhileTheZerosOfItsCurrentSensorsDrift) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       const EscDraw d = draw_esc(*find_motor_class("gimbal"), seed, Knowledge::data_sheet);
       NativeEscConfig c = drawn(seed);
-      c.drive = d.drive, c.firmware = d.firmware, c.bus_V = d.bus_V;
+      c.drive = d.drive;
+      c.firmware = d.firmware;
+      c.bus_V = d.bus_V;
       NativeEsc esc(c);
       if (!follows) esc.motor().config().sense.zero_rate = 0.0f;
       esc.couple_quadratic(d.load_N_m_s2, d.bus_V);

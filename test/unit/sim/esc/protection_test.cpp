@@ -66,8 +66,10 @@ TEST(Protection, OvercurrentOpensTheBridgeWithinTwoPwmPeriodsOfTheSample) {
     const Slip with = slip(seed, true), without = slip(seed, false);
     EXPECT_GE(with.off_after_pwm_periods, 0.0) << seed;
     EXPECT_LE(with.off_after_pwm_periods, 2.0) << seed;
-    guarded.peak_A += with.peak_A / 8.0, unguarded.peak_A += without.peak_A / 8.0;
-    guarded.beyond_us += with.beyond_us / 8.0, unguarded.beyond_us += without.beyond_us / 8.0;
+    guarded.peak_A += with.peak_A / 8.0;
+    unguarded.peak_A += without.peak_A / 8.0;
+    guarded.beyond_us += with.beyond_us / 8.0;
+    unguarded.beyond_us += without.beyond_us / 8.0;
   }
   std::printf("slip of half a turn at 16 500 RPM: %.0f A peak, %.0f us beyond 45 A guarded; %.0f A, %.0f us not\n", guarded.peak_A,
               guarded.beyond_us, unguarded.peak_A, unguarded.beyond_us);
@@ -239,7 +241,10 @@ TEST(Protection, AShuntThatReadsWrongIsFoundByTheSumOfCurrents) {
     e.drive().sensing().parameters().gain[1] = gain;
     double low = 1e9, high = -1e9;
     run_ms(e, 50.0, [&](double t) {
-      if (t > 25.0) low = std::min(low, e.drive().motor().state().i_q_A), high = std::max(high, e.drive().motor().state().i_q_A);
+      if (t > 25.0) {
+        low = std::min(low, e.drive().motor().state().i_q_A);
+        high = std::max(high, e.drive().motor().state().i_q_A);
+      }
     });
     return high - low;
   };
@@ -276,7 +281,8 @@ TEST(Protection, ShortLowSideWindowsNeedTheTwoPhaseReconstruction) {
     int n = 0;
     run_ms(esc, 100.0, [&](double) {
       const auto& s = esc.drive().motor().state();
-      sum2 += std::pow(static_cast<double>(esc.motor().variables().wanted_A.q) - s.i_q_A, 2), ++n;
+      sum2 += std::pow(static_cast<double>(esc.motor().variables().wanted_A.q) - s.i_q_A, 2);
+      ++n;
     });
     // A motor that cannot be held at all has no current to compare.
     return esc.telemetry().state == MotorState::running && esc.omega_rad_s() > 15000 * kRpm ? std::sqrt(sum2 / n) : 1e9;
@@ -298,7 +304,8 @@ TEST(Protection, DeadTimeCompensationKeepsTheCurrentSinusoidal) {
     int n = 0;
     run_ms(esc, 100.0, [&](double) {
       const double asked_A = static_cast<double>(esc.motor().variables().wanted_A.d);
-      sum2 += std::pow(esc.drive().motor().state().i_d_A - asked_A, 2), ++n;
+      sum2 += std::pow(esc.drive().motor().state().i_d_A - asked_A, 2);
+      ++n;
     });
     return std::sqrt(sum2 / n);
   };

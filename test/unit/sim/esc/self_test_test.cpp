@@ -65,8 +65,11 @@ TEST(SelfTestOfTheBridge, FindsAndNamesEachOfFifteenFaultsWithin5A200Ms30DegElec
       }
       const char* const name = kNames[static_cast<std::size_t>(f.what)];
       Row& r = rows[met_by_chance(f) ? fmt::format("{}, leg A, {}", name, d.motor_class) : name];
-      r.found += found ? 1 : 0, ++r.of;
-      r.peak_A = std::max(r.peak_A, o.peak_A), r.ms = std::max(r.ms, o.ms), r.deg = std::max(r.deg, o.turned_deg);
+      r.found += found ? 1 : 0;
+      ++r.of;
+      r.peak_A = std::max(r.peak_A, o.peak_A);
+      r.ms = std::max(r.ms, o.ms);
+      r.deg = std::max(r.deg, o.turned_deg);
       r.shorted_us = std::max(r.shorted_us, o.supply_shorted_us);
     }
   }
@@ -92,8 +95,11 @@ TEST(SelfTestOfTheBridge, PassesEveryHealthyBridgeOfEveryClass) {
     EXPECT_LE(o.ms, 0.5 * kMost_ms) << d.motor_class << " seed " << d.seed << ": " << text(o);
     EXPECT_LE(o.turned_deg, kMost_deg) << d.motor_class << " seed " << d.seed << ": " << text(o);
     Row& r = rows[d.motor_class];
-    r.passed += o.result == SelfTest::passed ? 1 : 0, ++r.of;
-    r.peak_A = std::max(r.peak_A, o.peak_A), r.ms = std::max(r.ms, o.ms), r.deg = std::max(r.deg, o.turned_deg);
+    r.passed += o.result == SelfTest::passed ? 1 : 0;
+    ++r.of;
+    r.peak_A = std::max(r.peak_A, o.peak_A);
+    r.ms = std::max(r.ms, o.ms);
+    r.deg = std::max(r.deg, o.turned_deg);
   }
   fmt::print("| class, sound | passed | largest phase current | longest | rotor moved |\n| --- | --- | --- | --- | --- |\n");
   for (const auto& [name, r] : rows)
@@ -209,7 +215,10 @@ TEST(SelfTestOfTheBridge, ASupplyThatComesLateIsWaitedForAndOneThatGoesEndsTheAt
   EXPECT_EQ(esc.telemetry().blocked, firmware::Blocked::undervoltage);
   esc.couple_quadratic(d.load_N_m_s2, d.bus_V);
   bool begun = false;
-  for (int k = 0; k < 20 * kPeriodsPerMs && !begun; ++k) esc.step_current_loop(), begun = esc.board().bridge;
+  for (int k = 0; k < 20 * kPeriodsPerMs && !begun; ++k) {
+    esc.step_current_loop();
+    begun = esc.board().bridge;
+  }
   ASSERT_TRUE(begun);
   esc.couple_quadratic(d.load_N_m_s2, 5.0);
   run_ms(esc, 5.0);
@@ -226,7 +235,10 @@ TEST(SelfTestOfTheBridge, SamplesThatWereMissedEndTheAttemptAndTheNextOnePasses)
   sim::NativeEsc esc(native_config(d));
   esc.couple_quadratic(d.load_N_m_s2, d.bus_V);
   int pulses = 0;
-  for (int k = 0; k < 60 * kPeriodsPerMs && pulses < 5; ++k) esc.step_current_loop(), pulses += esc.board().bridge ? 1 : 0;
+  for (int k = 0; k < 60 * kPeriodsPerMs && pulses < 5; ++k) {
+    esc.step_current_loop();
+    pulses += esc.board().bridge ? 1 : 0;
+  }
   esc.set_interrupt([](sim::NativeEsc::Board& board) {
     board.bridge_off();
     return true;

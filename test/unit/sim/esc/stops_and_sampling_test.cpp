@@ -79,7 +79,10 @@ TEST(Tones, ARotorAtRestSoundsAt1000HzWithoutTurningAndRefuses20Hz) {
   double last = 0.0;
   run_ms(esc, 500.0, [&](double) {
     const double u = esc.drive().phase_currents_A().u;
-    if (std::fabs(u) > 0.2) changes += last * u < 0.0, last = u;
+    if (std::fabs(u) > 0.2) {
+      changes += last * u < 0.0;
+      last = u;
+    }
   });
   EXPECT_EQ(esc.telemetry().state, MotorState::tone);
   EXPECT_NEAR(changes, 1000, 20);
@@ -178,7 +181,10 @@ class SampledEsc {
   template <class Each>
   void run_s(double seconds, const Each& each) {
     const double begin_s = drive_.time_s();
-    while (drive_.time_s() < begin_s + seconds) step(), each(1e3 * (drive_.time_s() - begin_s));
+    while (drive_.time_s() < begin_s + seconds) {
+      step();
+      each(1e3 * (drive_.time_s() - begin_s));
+    }
   }
   double rpm() const { return drive_.omega_rad_s() / kRpm; }
   firmware::Motor<Board>& motor() { return motor_; }

@@ -47,7 +47,10 @@ double static_c_t(const std::filesystem::path& path) {
   }
   double sum = 0.0;
   std::size_t n = 0;
-  for (std::size_t i = c_t.size() / 2; i < c_t.size(); ++i) sum += c_t[i], ++n;
+  for (std::size_t i = c_t.size() / 2; i < c_t.size(); ++i) {
+    sum += c_t[i];
+    ++n;
+  }
   return n == 0 ? 0.0 : sum / static_cast<double>(n);
 }
 

@@ -155,7 +155,10 @@ TEST(EscCommissioning, LettingGoAndASilentToolEndItWithTheBridgeOff) {
   b.tool().run_for(3 * kSecond_ns);
   bool bridge = false;
   double off_s = 0.0;
-  b.esc().on_bridge = [&](const BridgeChange& change) { bridge = change.on, off_s = change.t_s; };
+  b.esc().on_bridge = [&](const BridgeChange& change) {
+    bridge = change.on;
+    off_s = change.t_s;
+  };
   tools::Commission c(b.tool(), kEscNode, {}, {});
   c.begin();
   b.tool().run_until(b.tool().now_ns() + 60 * kSecond_ns, [&] {

@@ -60,7 +60,8 @@ void write_run(const std::filesystem::path& folder, std::uint64_t seed) {
       const double next = l.omega_rad_s + (omega - l.omega_rad_s) * std::exp(-kInner_s / tau);
       const double torque = gain_Q * (density * kCq * omega * omega + kJ * (next - omega) / kInner_s);
       cell += (torque - cell) * (1.0 - std::exp(-kInner_s / 0.004));
-      omega = next, t += kInner_s;
+      omega = next;
+      t += kInner_s;
     }
     ++number;
   }

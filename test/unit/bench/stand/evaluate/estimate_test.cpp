@@ -29,7 +29,9 @@ const test::SimulatedStand& simulated() {
 EstimateOptions at_hover() {
   EstimateOptions o;
   o.window_rad_s = {{7000.0 * kRad_s_per_rpm, 11000.0 * kRad_s_per_rpm}};
-  o.reference_density_kg_m3 = test::kSimulatedDensity_kg_m3, o.draws = 300, o.inductance_H = 15e-6;
+  o.reference_density_kg_m3 = test::kSimulatedDensity_kg_m3;
+  o.draws = 300;
+  o.inductance_H = 15e-6;
   return o;
 }
 
@@ -94,7 +96,11 @@ TEST(StandEstimate, AnEmptyFileIsCalledEmptyAndARunOfOneStepIsRefusedWithTheReas
 
 TEST(OperatingPoints, AKilogramOfThrustFor50WIs20GramsPerWatt) {
   OperatingPoint p;
-  p.omega_rad_s = 100.0, p.thrust_N = 9.80665, p.torque_N_m = 0.2, p.supply_V = 10.0, p.current_A = 5.0;
+  p.omega_rad_s = 100.0;
+  p.thrust_N = 9.80665;
+  p.torque_N_m = 0.2;
+  p.supply_V = 10.0;
+  p.current_A = 5.0;
   EXPECT_DOUBLE_EQ(p.thrust_g(), 1000.0);
   EXPECT_DOUBLE_EQ(p.grams_per_watt(), 20.0);
   EXPECT_DOUBLE_EQ(p.newtons_per_ampere(), 9.80665 / 5.0);
@@ -105,7 +111,8 @@ TEST(OperatingPoints, AKilogramOfThrustFor50WIs20GramsPerWatt) {
 TEST(OperatingPoints, LevelsAreTheMeansOfUpAndDownAndOfASlowRamp24AtMost) {
   const auto at = [](double omega_rad_s, double thrust_N) {
     OperatingPoint p;
-    p.omega_rad_s = omega_rad_s, p.thrust_N = thrust_N;
+    p.omega_rad_s = omega_rad_s;
+    p.thrust_N = thrust_N;
     return p;
   };
   const auto levels = levels_of({at(500.0, 1.0), at(800.0, 2.6), at(501.0, 1.2)});
@@ -186,7 +193,9 @@ TEST(StandEstimate, ChirpOfTheTargetGivesTheLoops3dBFrequencyOfItsTimeConstant) 
 // Thrust ∝ ω^2.25 as measured on some stands: c ω² must lose, and c_t at the middle must be right.
 StandRecord steady(double exponent, double offset_N, std::size_t outlier) {
   StandRecord r;
-  r.name = "steady.csv", r.air_density_kg_m3 = 1.2, r.diameter_m = 0.127;
+  r.name = "steady.csv";
+  r.air_density_kg_m3 = 1.2;
+  r.diameter_m = 0.127;
   const RandomStream noise(7, 3);
   for (std::size_t i = 0; i < 24; ++i) {
     StandPoint p;
@@ -220,7 +229,10 @@ TEST(StandEstimate, OneStepThatReads300mNTooMuchIsNamedAndMovesCTByLessThan0p3pe
 
 TEST(StandEstimate, SpeedsInRPMTakenAsRadSShowInTheFigureOfMerit) {
   StandRecord r = steady(2.0, 0.0, 99);
-  for (auto& p : r.points) p.torque_N_m = 0.016 * p.thrust_N, p.omega_rad_s[0] *= kRpm_per_rad_s;
+  for (auto& p : r.points) {
+    p.torque_N_m = 0.016 * p.thrust_N;
+    p.omega_rad_s[0] *= kRpm_per_rad_s;
+  }
   const StandEstimate e = estimate_stand(stand_run(std::move(r), {}), {});
   EXPECT_LT(e.figure_of_merit, 0.1);
   bool said = false;

@@ -117,8 +117,10 @@ TEST(ForeignStand, SemicolonsTabsDecimalCommasQuotesAndUTF16GiveTheSameCoefficie
   quoted = "\"" + quoted.substr(0, quoted.size() - 1);
   expect_truth(estimate_of(quoted));
   std::string utf16 = "\xFF\xFE";
-  for (const char c : text_of({.header = "Time (s),Torque (Nm),Thrust (N),Voltage (V),Current (A),Motor Optical Speed (RPM)"}))
-    utf16 += c, utf16 += '\0';
+  for (const char c : text_of({.header = "Time (s),Torque (Nm),Thrust (N),Voltage (V),Current (A),Motor Optical Speed (RPM)"})) {
+    utf16 += c;
+    utf16 += '\0';
+  }
   expect_truth(estimate_of(utf16));
 }
 
@@ -187,8 +189,11 @@ TEST(MisreadSpeed, FactorsOfTwoHalfAnd2p3InUpTo5Of20PointsLeaveTheTruthInTheInte
         for (int i = 0; i < 24; ++i) {
           StandPoint p;
           const double share = i < 2 || i > 21 ? 0.0 : i < 12 ? (i - 1) / 10.0 : (22 - i) / 10.0, w = 1400.0 * share;
-          p.row = static_cast<std::size_t>(i) + 1, p.t_s = 3.0 * i, p.omega_rad_s[0] = w;
-          p.thrust_N = kCt * w * w + 0.005 * random.gaussian(draw++), p.torque_N_m = kCq * w * w + 1e-4 * random.gaussian(draw++);
+          p.row = static_cast<std::size_t>(i) + 1;
+          p.t_s = 3.0 * i;
+          p.omega_rad_s[0] = w;
+          p.thrust_N = kCt * w * w + 0.005 * random.gaussian(draw++);
+          p.torque_N_m = kCq * w * w + 1e-4 * random.gaussian(draw++);
           r.points.push_back(p);
         }
         for (int k = 0; k < wrong; ++k)
@@ -223,7 +228,9 @@ TEST(UpOnlyWithZeros, FrictionInTheMountIsInTheFitAnd90percentOrMoreOfTheInterva
     for (int i = 0; i < 26; ++i) {
       StandPoint p;
       const double w = i < 4 ? 0.0 : 300.0 + 50.0 * (i - 4);
-      p.row = static_cast<std::size_t>(i) + 1, p.t_s = 3.0 * i, p.omega_rad_s[0] = w * speed;
+      p.row = static_cast<std::size_t>(i) + 1;
+      p.t_s = 3.0 * i;
+      p.omega_rad_s[0] = w * speed;
       p.thrust_N = gain * density * 1.2e-5 * w * w + (w > 0.0 ? friction_N : 0.0) + 0.02 * random.gaussian(draw++);
       r.points.push_back(p);
     }
@@ -240,7 +247,10 @@ TEST(AirDensity, ThatNobodyGaveIsAGuessWithAnUncertaintyOf5percentAndIsSaid) {
   for (int i = 0; i < 26; ++i) {
     StandPoint p;
     const double w = i < 4 ? 0.0 : 300.0 + 50.0 * (i - 4);
-    p.row = static_cast<std::size_t>(i) + 1, p.t_s = 3.0 * i, p.omega_rad_s[0] = w, p.thrust_N = 1.2e-5 * w * w;
+    p.row = static_cast<std::size_t>(i) + 1;
+    p.t_s = 3.0 * i;
+    p.omega_rad_s[0] = w;
+    p.thrust_N = 1.2e-5 * w * w;
     r.points.push_back(p);
   }
   const auto density_u = [&](const StandEstimate& e) {
@@ -266,7 +276,10 @@ StandRecord with_frozen_thrust(std::size_t from, std::size_t to) {
   for (std::size_t i = 0; i < 24; ++i) {
     StandPoint p;
     const double w = i < 3 ? 0.0 : 300.0 + 45.0 * static_cast<double>(i);
-    p.row = i + 1, p.t_s = 3.0 * static_cast<double>(i), p.omega_rad_s[0] = w, p.torque_N_m = kCq * w * w;
+    p.row = i + 1;
+    p.t_s = 3.0 * static_cast<double>(i);
+    p.omega_rad_s[0] = w;
+    p.torque_N_m = kCq * w * w;
     p.thrust_N = p.row > from && p.row <= to ? last_N : 0.01 * std::round(100.0 * kCt * w * w);
     last_N = p.thrust_N;
     r.points.push_back(p);

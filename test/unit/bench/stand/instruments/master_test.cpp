@@ -249,7 +249,8 @@ TEST(ModbusMaster, AnAdapterThatHearsItsOwnRequestsAndLineBytesOfZerosOrOnesLeav
   Exchanger bus(line, Exchanger::Framing::rtu);
   for (const bool echo : {false, true})
     for (const std::vector<std::uint8_t>& before : {std::vector<std::uint8_t>{}, {0x00}, {0xFF, 0x00}}) {
-      line.echo = echo, line.before = before;
+      line.echo = echo;
+      line.before = before;
       const Exchanged x = bus.exchange({1, 3, 0, 2, {}}, kScriptedTiming);
       EXPECT_EQ(x.reply.failure, Failure::none) << name(x.reply.failure);
       EXPECT_EQ(x.reply.registers, (std::vector<std::uint16_t>{0x4148, 0x0000}));

@@ -23,7 +23,8 @@ namespace {
 // Its device may take 10 s: a machine under load holds threads up, and how fast they are is not judged here.
 Profile port_profile(const std::string& file) {
   Profile p = read_profile(std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "devices" / (file + ".toml"));
-  p.timeout_ms = p.late_max_ms = 10'000.0, p.byte_timeout_ms = 1'000.0;
+  p.timeout_ms = p.late_max_ms = 10'000.0;
+  p.byte_timeout_ms = 1'000.0;
   return p;
 }
 
@@ -105,9 +106,10 @@ TEST(ModbusPort, OurMasterReadsLibmodbusAsServerOverASerialLineOfTwoPseudoTermin
   modbus_set_socket(server, near_end);
   modbus_set_indication_timeout(server, 0, 100'000);
   modbus_mapping_t* mapping = modbus_mapping_new(0, 0, 16, 16);
-  mapping->tab_input_registers[0] = 1234;                                              // 12.34 V
-  mapping->tab_input_registers[1] = 150;                                               // 1.50 A
-  mapping->tab_input_registers[2] = 0x0001, mapping->tab_input_registers[3] = 0x0001;  // 6553.7 W, low word first
+  mapping->tab_input_registers[0] = 1234;  // 12.34 V
+  mapping->tab_input_registers[1] = 150;   // 1.50 A
+  mapping->tab_input_registers[2] = 0x0001;
+  mapping->tab_input_registers[3] = 0x0001;  // 6553.7 W, low word first
   std::atomic<bool> stop{false};
   std::thread thread([&] {
     std::uint8_t query[MODBUS_RTU_MAX_ADU_LENGTH];
@@ -132,7 +134,8 @@ TEST(ModbusPort, TwoDevicesShareALineAndAnAbsentThirdCostsNoWrongValue) {
   const test::TempFolder folder;
   const auto path = folder.path() / "bus";
   Profile p = port_profile("laumas_tlb");
-  p.timeout_ms = 60.0, p.late_max_ms = 90.0;
+  p.timeout_ms = 60.0;
+  p.late_max_ms = 90.0;
   std::vector<ServedDevice> devices = served(p, 1, "gross", 100.0);
   devices.push_back(served(p, 2, "gross", 200.0).front());
   Serving serving(serve_rtu(path, {115200, 'N', 1}), devices);

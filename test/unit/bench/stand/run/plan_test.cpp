@@ -19,7 +19,8 @@ using testing::HasSubstr;
 
 TEST(StandPlan, EverySequenceBeginsAndEndsWithAZeroAndStaysWithinItsSpeeds) {
   stand_run::SequenceOptions o;
-  o.low_rad_s = 400.0, o.high_rad_s = 1000.0;
+  o.low_rad_s = 400.0;
+  o.high_rad_s = 1000.0;
   o.replay = {{0.0, 500.0}, {1.0, 900.0}, {3.0, 450.0}};
   for (const auto name : stand_run::kSequences) {
     const stand_run::Plan p = stand_run::make_plan({std::string(name)}, o);
@@ -31,7 +32,9 @@ TEST(StandPlan, EverySequenceBeginsAndEndsWithAZeroAndStaysWithinItsSpeeds) {
 
 TEST(StandPlan, AStaircaseClimbsInEqualStepsOfTheSquareAndComesDownTheSameWay) {
   stand_run::SequenceOptions o;
-  o.low_rad_s = 400.0, o.high_rad_s = 1000.0, o.levels = 4;
+  o.low_rad_s = 400.0;
+  o.high_rad_s = 1000.0;
+  o.levels = 4;
   const auto p = stand_run::make_plan({"staircase"}, o);
   std::vector<double> speeds;
   for (const auto& s : p.segments)
@@ -56,7 +59,8 @@ TEST(StandPlan, ShuffledLevelsAreThoseOfTheStaircaseInAnOrderOfTheSeed) {
 
 TEST(StandPlan, PrbsIsOfTwoSpeeds3percentApartAsOftenAboveAsBelowAndUnlikeItselfAtEveryShiftOfItsPeriod) {
   stand_run::SequenceOptions o;
-  o.low_rad_s = 400.0, o.high_rad_s = 1000.0;
+  o.low_rad_s = 400.0;
+  o.high_rad_s = 1000.0;
   const stand_run::Plan p = stand_run::make_plan({"prbs"}, o);
   const stand_run::Segment& s = p.segments[1];
   ASSERT_EQ(s.motion, stand_run::Motion::prbs);
@@ -77,7 +81,8 @@ TEST(StandPlan, PrbsIsOfTwoSpeeds3percentApartAsOftenAboveAsBelowAndUnlikeItself
 TEST(StandPlan, AnUnknownSequenceAndAnUpsideDownRangeAreRefusedWithWhatToDo) {
   stand_run::SequenceOptions o;
   EXPECT_THROW(stand_run::make_plan({"stairs"}, o), Error);
-  o.low_rad_s = 900.0, o.high_rad_s = 500.0;
+  o.low_rad_s = 900.0;
+  o.high_rad_s = 500.0;
   try {
     stand_run::make_plan({"staircase"}, o);
     FAIL();
@@ -89,7 +94,8 @@ TEST(StandPlan, AnUnknownSequenceAndAnUpsideDownRangeAreRefusedWithWhatToDo) {
 TEST(StandPrediction, APlanAboveTheThrustLimitSaysSoBeforeAnythingIsArmed) {
   modbus::StandSetup setup = test::virtual_setup();
   stand_run::SequenceOptions o;
-  o.low_rad_s = 400.0, o.high_rad_s = 1400.0;
+  o.low_rad_s = 400.0;
+  o.high_rad_s = 1400.0;
   const auto plan = stand_run::make_plan({"staircase"}, o);
   EXPECT_TRUE(stand_run::predict(setup, plan, 0.7, 16.0).exceeded.empty());
   setup.limits.at("thrust_N").max = 2.0;
@@ -117,8 +123,10 @@ TEST(LimitMonitor, AValueThatIsNoNumberCountsAsBeyond) {
 TEST(SampleGrid, ReadingsOfDifferentTimesComeToOneRowLinearBetweenNeighboursLessTheirLag) {
   stand_run::SampleGrid g({{0, 100}, {5, 100}, {0, 0}}, 10, 1000);
   g.add(2, 0, 7.0);
-  g.add(0, 0, 1.0), g.add(0, 20, 3.0);
-  g.add(1, 5, 10.0), g.add(1, 25, 30.0);
+  g.add(0, 0, 1.0);
+  g.add(0, 20, 3.0);
+  g.add(1, 5, 10.0);
+  g.add(1, 25, 30.0);
   const auto rows = g.take(100);
   ASSERT_EQ(rows.size(), 3u);  // up to 20: later times have not been passed by all
   EXPECT_EQ(rows[1].t_ns, 10);
@@ -129,7 +137,8 @@ TEST(SampleGrid, ReadingsOfDifferentTimesComeToOneRowLinearBetweenNeighboursLess
 
 TEST(SampleGrid, NeighboursTooFarApartLeaveAHole) {
   stand_run::SampleGrid g({{0, 15}}, 10, 1000);
-  g.add(0, 0, 1.0), g.add(0, 40, 2.0);
+  g.add(0, 0, 1.0);
+  g.add(0, 40, 2.0);
   const auto rows = g.take(100);
   ASSERT_EQ(rows.size(), 5u);
   EXPECT_TRUE(std::isnan(rows[2].values[0]));
@@ -160,7 +169,11 @@ TEST(StandSession, AStrutThatTakes8percentIsFoundByAbabWithinOneAndAHalf) {
   config.errors = virtual_stand::drawn_errors(41, setup.calibration.full_scale);
   config.errors.sensitivity = {{{1.0, 0.0}, {0.0, 1.0}}};
   stand_run::SequenceOptions o;
-  o.low_rad_s = 700.0, o.high_rad_s = 1100.0, o.zero_s = 2.0, o.hold_s = 1.0, o.repeats = 3;
+  o.low_rad_s = 700.0;
+  o.high_rad_s = 1100.0;
+  o.zero_s = 2.0;
+  o.hold_s = 1.0;
+  o.repeats = 3;
   test::VirtualRun run(setup, config, {"abab"}, o, "abab");
   run.stand.run(run.session, 200.0);
   ASSERT_EQ(run.session.end(), stand_run::RunEnd::done);

@@ -45,7 +45,9 @@ struct Recorded {
   }
   void come(int from_ms, int to_ms, double omega_rad_s, double thrust_N) {
     protocols::EscStatus s;
-    s.rpm = static_cast<std::int32_t>(std::lround(omega_rad_s * kRpm_per_rad_s)), s.voltage_V = 16.0f, s.temperature_K = 300.0f;
+    s.rpm = static_cast<std::int32_t>(std::lround(omega_rad_s * kRpm_per_rad_s));
+    s.voltage_V = 16.0f;
+    s.temperature_K = 300.0f;
     for (int ms = from_ms; ms <= to_ms; ms += 10) {
       for (const auto& a : setup.axes) recorder->reading({a.axis, a.axis == StandAxis::thrust ? thrust_N : 0.02, ms * kRecordedMs, 1000});
       recorder->status(s, ms * kRecordedMs);
@@ -62,7 +64,8 @@ TEST(StandRecorder, AStepsMeansAreThoseOfItsRowsAndConfigurationBHasNoNumberInTh
   r.recorder->commanded({0, 800.0, 0, 0, true});
   r.recorder->commanded({500 * kRecordedMs, 800.0, 1, 1, true});
   r.recorder->commanded({1000 * kRecordedMs, 800.0, -1, 0, true});
-  r.come(0, 500, 800.0, 1.5), r.come(510, 1500, 800.0, 1.3);
+  r.come(0, 500, 800.0, 1.5);
+  r.come(510, 1500, 800.0, 1.3);
   (void)r.recorder->rows(1500 * kRecordedMs, false);
   ASSERT_EQ(r.recorder->steps().size(), 2u);
   const stand_run::StepMeans &a = r.recorder->steps()[0], &b = r.recorder->steps()[1];
@@ -94,7 +97,8 @@ TEST(StandRecorder, HalfASecondOfSteadySpeedAndThrustRestsAndAThrustThatChangesB
   steady.come(0, 1000, 800.0, 1.5);
   (void)steady.recorder->rows(1000 * kRecordedMs, false);
   EXPECT_TRUE(steady.recorder->rests());
-  changing.come(0, 700, 800.0, 1.5), changing.come(710, 1000, 800.0, 1.575);
+  changing.come(0, 700, 800.0, 1.5);
+  changing.come(710, 1000, 800.0, 1.575);
   (void)changing.recorder->rows(1000 * kRecordedMs, false);
   EXPECT_FALSE(changing.recorder->rests());
   steady.recorder->forget_recent();

@@ -100,7 +100,10 @@ TEST(StandSequencer, StoppingIsZeroInTheSameTurn) {
 TEST(StandSequencer, APlanThatWaitsForItsConfigurationBeginsTheSegmentWhenItIsThere) {
   Segment zero{.motion = Motion::zero, .duration_s = 1.0, .measured = true};
   Turns t({zero, hold(500.0)});
-  for (int i = 0; i < 100; ++i) t.until(t.now_ms + 100), t.s.wait(t.now_ms * kMs);
+  for (int i = 0; i < 100; ++i) {
+    t.until(t.now_ms + 100);
+    t.s.wait(t.now_ms * kMs);
+  }
   EXPECT_EQ(t.s.segment_index(), 0u);
   t.until(t.now_ms + 3110);  // zeros settle three times as long
   EXPECT_EQ(t.s.segment_index(), 1u);

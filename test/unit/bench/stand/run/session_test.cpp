@@ -24,7 +24,13 @@ using testing::HasSubstr;
 
 stand_run::SequenceOptions three_levels() {
   stand_run::SequenceOptions o;
-  o.low_rad_s = 600.0, o.high_rad_s = 1000.0, o.levels = 3, o.hold_s = 0.6, o.zero_s = 1.0, o.idle_s = 1.0, o.repeats = 2;
+  o.low_rad_s = 600.0;
+  o.high_rad_s = 1000.0;
+  o.levels = 3;
+  o.hold_s = 0.6;
+  o.zero_s = 1.0;
+  o.idle_s = 1.0;
+  o.repeats = 2;
   return o;
 }
 
@@ -86,7 +92,8 @@ TEST(StandSession, PolePairsOfTheESCThatAreNotThoseOfTheStandFileAreRefusedBefor
 
 TEST(StandSession, AnInstrumentThatDiesIsNamedWithinItsStaleLimitAndTheMotorIsRampedDown) {
   auto config = test::without_errors();
-  config.dies = "cell", config.dies_at_s = 9.0;
+  config.dies = "cell";
+  config.dies_at_s = 9.0;
   VirtualRun run(test::virtual_setup(), config, {"endurance"}, three_levels(), "dead");
   run.stand.run(run.session, 60.0);
   ASSERT_EQ(run.session.end(), RunEnd::tripped);
@@ -119,7 +126,8 @@ TEST(StandSession, ABladeThatLosesAPieceShakesTheMountAndStopsTheRunByItsVibrati
   VirtualRun whole(test::virtual_setup(), config, {"endurance"}, three_levels(), "whole");
   whole.until([&] { return whole.session.elapsed_s() > 15.0; }, 30.0);
   EXPECT_EQ(whole.session.end(), RunEnd::running);
-  config.chipped_at_s = 12.0, config.chipped_shake = 40.0;
+  config.chipped_at_s = 12.0;
+  config.chipped_shake = 40.0;
   VirtualRun chipped(test::virtual_setup(), config, {"endurance"}, three_levels(), "chipped");
   chipped.stand.run(chipped.session, 60.0);
   ASSERT_EQ(chipped.session.end(), RunEnd::tripped);
@@ -130,7 +138,9 @@ TEST(StandSession, ABladeThatLosesAPieceShakesTheMountAndStopsTheRunByItsVibrati
 
 TEST(StandSession, MotorConstantsKVWithin1percentRWithin5ByWhatTheESCMeasuresAtRestAndRBeyond5WithoutIt) {
   auto levels = three_levels();
-  levels.levels = 12, levels.low_rad_s = 400.0, levels.high_rad_s = 1400.0;
+  levels.levels = 12;
+  levels.low_rad_s = 400.0;
+  levels.high_rad_s = 1400.0;
   VirtualRun run(test::virtual_setup(), test::without_errors(), {"staircase"}, levels, "motor");
   stand::RunFacts facts;
   facts.winding = stand_run::measure_winding(run.tool, run.table, run.esc, 0);
@@ -201,10 +211,16 @@ TEST(StandSession, ACommissioningBeforeTheRunTurnsNothingMeasuresLWithin5percent
 stand::PairComparison against_flight(double strut) {
   virtual_stand::VirtualStandConfig c = test::without_errors();
   c.errors = virtual_stand::drawn_errors(5, test::virtual_setup().calibration.full_scale);
-  c.errors.sensitivity = {{{1.0, 0.0}, {0.0, 1.0}}}, c.errors.reading_zero = {};
+  c.errors.sensitivity = {{{1.0, 0.0}, {0.0, 1.0}}};
+  c.errors.reading_zero = {};
   c.rotor.thrust_lost = strut;
   stand_run::SequenceOptions levels;
-  levels.low_rad_s = 400.0, levels.high_rad_s = 1400.0, levels.levels = 8, levels.hold_s = 1.0, levels.zero_s = 2.0, levels.idle_s = 2.0;
+  levels.low_rad_s = 400.0;
+  levels.high_rad_s = 1400.0;
+  levels.levels = 8;
+  levels.hold_s = 1.0;
+  levels.zero_s = 2.0;
+  levels.idle_s = 2.0;
   VirtualRun run(test::virtual_setup(), c, {"staircase"}, levels, "flight");
   run.stand.run(run.session, 200.0, [&] { run.stand.rotor().set_configuration('B'); });
   EXPECT_EQ(run.session.end(), RunEnd::done);

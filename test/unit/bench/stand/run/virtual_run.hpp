@@ -20,7 +20,9 @@ inline modbus::StandSetup virtual_setup() {
 inline virtual_stand::VirtualStandConfig without_errors() {
   virtual_stand::VirtualStandConfig c;
   c.rotor.plant = std::filesystem::path(ROTORLOOP_SOURCE_DIR) / "vehicles/reference_plant.toml";
-  c.properties.noise = {}, c.properties.division = {}, c.properties.creep_share = 0.0;
+  c.properties.noise = {};
+  c.properties.division = {};
+  c.properties.creep_share = 0.0;
   return c;
 }
 
@@ -40,7 +42,8 @@ struct VirtualRun {
 
   stand_run::SessionOptions session_options() {
     stand_run::SessionOptions o;
-    o.esc_pole_pairs = esc.pole_pairs, o.duty_node = esc.duty_node();
+    o.esc_pole_pairs = esc.pole_pairs;
+    o.duty_node = esc.duty_node();
     o.configured = [this](char configuration) {
       stand.rotor().set_configuration(configuration);
       return true;

@@ -35,7 +35,9 @@ struct Watched {
 protocols::EscStatus turning_at(double omega_rad_s) {
   protocols::EscStatus s;
   s.rpm = static_cast<std::int32_t>(omega_rad_s * kRpm_per_rad_s);
-  s.voltage_V = 16.0f, s.current_A = 5.0f, s.temperature_K = 300.0f;
+  s.voltage_V = 16.0f;
+  s.current_A = 5.0f;
+  s.temperature_K = 300.0f;
   return s;
 }
 
@@ -65,7 +67,9 @@ TEST(StandWatch, AnESCThatHasBeenSilentForMoreThan1200msIsCut) {
 TEST(StandWatch, AnotherCommanderASharedIndexAndAnErrorOfTheESCAreCutByName) {
   Watched w;
   BusState b;
-  b.foreign_ns = 0, b.shares_index = true, b.esc_fault = "overheated";
+  b.foreign_ns = 0;
+  b.shares_index = true;
+  b.esc_fault = "overheated";
   w.watch.bus(b, 10 * kWatchMs);
   EXPECT_THAT(w.limits(), ElementsAre("foreign_commander", "shared_index", "esc_fault"));
   EXPECT_THAT(w.trips[2].source, HasSubstr("overheated"));
@@ -109,7 +113,8 @@ TEST(StandWatch, ARotorNeedNotFollowForFourSecondsAfterZeroAndMustFromItsFirstNe
 TEST(StandWatch, AnIndependentSpeedThatDiffersFor300msOfASteadyHoldNamesThePolePairsThatThereAre) {
   Watched w;
   stand_run::GridRow row{0, std::vector<double>(stand::kColumns, 0.0)};
-  row.values[stand::kOmegaColumn] = 700.0, row.values[stand::kIndependentColumn] = 600.0;
+  row.values[stand::kOmegaColumn] = 700.0;
+  row.values[stand::kIndependentColumn] = 600.0;
   for (int i = 0; i < 100; ++i) w.watch.speeds(row, false);
   for (int i = 0; i < 29; ++i) w.watch.speeds(row, true);
   EXPECT_TRUE(w.trips.empty());
@@ -121,7 +126,8 @@ TEST(StandWatch, AnIndependentSpeedThatDiffersFor300msOfASteadyHoldNamesThePoleP
 TEST(StandWatch, FilesThatCannotBeWrittenAndARunThatIsTooLongRampDown) {
   Watched w;
   BusState b;
-  b.elapsed_s = 901.0, b.files_failed = true;
+  b.elapsed_s = 901.0;
+  b.files_failed = true;
   w.watch.bus(b, 0);
   EXPECT_THAT(w.limits(), ElementsAre("run_time_s", "samples"));
   for (const auto& t : w.trips) EXPECT_EQ(t.action, LimitAction::ramp_down);

@@ -87,7 +87,10 @@ TEST(VarianceEffects, FindNothingInNoiseOfTheFittedSizeNorInMoreNoiseEverywhere)
   ResidualSeries r = known_states();
   const auto kinds = variance_kinds(r);
   for (const VarianceEffect& e : variance_effects(r, kinds).effects) EXPECT_FALSE(e.found) << e.what << ", p " << e.p_holm;
-  for (std::size_t i = 0; i < kAll; ++i) r.whitened.steps[i].col(0) *= 1.2f, r.whitened.poses[i].col(0) *= 1.2f;
+  for (std::size_t i = 0; i < kAll; ++i) {
+    r.whitened.steps[i].col(0) *= 1.2f;
+    r.whitened.poses[i].col(0) *= 1.2f;
+  }
   for (const VarianceEffect& e : variance_effects(r, kinds).effects) EXPECT_FALSE(e.found) << e.what << ": noise 1.2 times as large";
 }
 

@@ -96,7 +96,8 @@ TEST(ResidualSmoother, ErrsByItsOwnCovariancesOnNoiseThatIsKnown) {
       const double scatter = error.row(i).squaredNorm() / kDrawn;
       EXPECT_NEAR(scatter / c(i, i), 1.0, 0.5) << "row " << i << " of step " << k;  // five deviations of 200 draws
       EXPECT_LE(c(i, i), 1.0 + 1e-9) << "never worse than the prior";
-      ratio += scatter / c(i, i), numbers += 1.0;
+      ratio += scatter / c(i, i);
+      numbers += 1.0;
     }
   });
   EXPECT_NEAR(ratio / numbers, 1.0, 0.02);

@@ -89,7 +89,10 @@ TEST(Dependence, OnSpeedSquaredIsRankedFirstWithItsShareAndTheBinsLieOnTheCurve)
   for (const DependenceBin& b : first.bins) {
     double truth = 0.0, n = 0.0;
     for (const double x : inputs[0].value) {
-      if (x >= b.from && x < b.to) truth += 0.7 * (x * x - 1.0), n += 1.0;
+      if (x >= b.from && x < b.to) {
+        truth += 0.7 * (x * x - 1.0);
+        n += 1.0;
+      }
     }
     outside += truth / n < b.low || truth / n > b.high;
   }

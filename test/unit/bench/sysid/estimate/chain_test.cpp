@@ -83,9 +83,18 @@ struct Dense {
     RowsBy<6> six;
     RowsBy<3> three;
     ProcessRows step;
-    for (const PoseFix& f : s.grid.pose) res.pose(f, s.states[f.node], six, true), add(f.node, six.state, six.columns, six.r);
-    for (const VectorFix& f : s.grid.gyro) res.gyro(f, s.states[f.node], three, true), add(f.node, three.state, three.columns, three.r);
-    for (const VectorFix& f : s.grid.accel) res.accel(f, s.states[f.node], three, true), add(f.node, three.state, three.columns, three.r);
+    for (const PoseFix& f : s.grid.pose) {
+      res.pose(f, s.states[f.node], six, true);
+      add(f.node, six.state, six.columns, six.r);
+    }
+    for (const VectorFix& f : s.grid.gyro) {
+      res.gyro(f, s.states[f.node], three, true);
+      add(f.node, three.state, three.columns, three.r);
+    }
+    for (const VectorFix& f : s.grid.accel) {
+      res.accel(f, s.states[f.node], three, true);
+      add(f.node, three.state, three.columns, three.r);
+    }
     for (std::size_t k = 0; k + 1 < s.grid.nodes; ++k) {
       if (!s.grid.linked[k]) continue;
       res.process(k, s.states[k], s.states[k + 1], step);
@@ -239,14 +248,20 @@ void expect_derivatives_of_differences(const Short& s, ModelValues v, Columns co
   const auto all = [&](const Residuals& r, const BodyState& at) {
     RowsBy<6> six;
     RowsBy<3> a, b, c;
-    r.pose(pose, at, six, false), r.velocity(velocity, at, a, false), r.gyro(gyro, at, b, false), r.accel(accel, at, c, false);
+    r.pose(pose, at, six, false);
+    r.velocity(velocity, at, a, false);
+    r.gyro(gyro, at, b, false);
+    r.accel(accel, at, c, false);
     Eigen::Matrix<double, 15, 1> out;
     out << six.r, a.r, b.r, c.r;
     return out;
   };
   RowsBy<6> six;
   RowsBy<3> a, b, c;
-  res.pose(pose, x, six, true), res.velocity(velocity, x, a, true), res.gyro(gyro, x, b, true), res.accel(accel, x, c, true);
+  res.pose(pose, x, six, true);
+  res.velocity(velocity, x, a, true);
+  res.gyro(gyro, x, b, true);
+  res.accel(accel, x, c, true);
   Eigen::Matrix<double, 15, 12> state;
   state << six.state, a.state, b.state, c.state;
   MatrixXd by(15, static_cast<Eigen::Index>(columns.size()));

@@ -131,7 +131,10 @@ TEST(RotorInput, SpeedsReadAtAHighRateLoseHalfOfTheirScatterAndNothingOfTheirCou
     double squares = 0.0, n = 0.0;
     std::size_t hint = 0;
     for (double t = 0.05; t < 0.95; t += 0.01) {
-      for (const double omega : input.at(t, hint, false).omega_rad_s) squares += std::pow(omega - course(t), 2), n += 1.0;
+      for (const double omega : input.at(t, hint, false).omega_rad_s) {
+        squares += std::pow(omega - course(t), 2);
+        n += 1.0;
+      }
     }
     const double rms_rad_s = std::sqrt(squares / n);
     EXPECT_LT(rms_rad_s, scatter_rad_s > 0.0 ? 0.55 * scatter_rad_s : 0.01);  // a parabola through nine: 0.505

@@ -87,7 +87,10 @@ TEST(StagedFit, TheWholeFitStartsWhereTheFirstEndedButForWhatAStartIsTheMeanOf) 
   FitProblem p = problem();
   Fit first;
   first.values = {p.start, p.start};
-  for (ModelValues& v : first.values) v[kMass] = 0.7, v[kCq] = 2.5e-8;
+  for (ModelValues& v : first.values) {
+    v[kMass] = 0.7;
+    v[kCq] = 2.5e-8;
+  }
   first.values[1][kGyroBiasX] = 0.02;
   first.noise.resize(2);
   first.states.resize(2);

@@ -35,7 +35,10 @@ log::FlightRecord flight_with_load(std::uint64_t seed, bool quiet = false) {
   s.manoeuvre = model_true::Manoeuvre::vertical;  // gentle: swings stay far below the 70° to which the pendulum is good
   s.seed = seed;
   s.duration_s = 8.0;
-  if (quiet) s.q_a_m_s2_rtHz = s.q_alpha_rad_s2_rtHz = 0.0, s.pose_sigma_m = s.pose_sigma_rad = 1e-5;
+  if (quiet) {
+    s.q_a_m_s2_rtHz = s.q_alpha_rad_s2_rtHz = 0.0;
+    s.pose_sigma_m = s.pose_sigma_rad = 1e-5;
+  }
   s.load_kg = kLoad_kg;
   s.load_length_m = kLength_m;
   s.load_aside_m = {kAside_m, 0.0, 0.0};

@@ -110,7 +110,10 @@ TEST(InputRate, SpeedsHeldAt4HzInAFastTableAreRefusedAsSlowAndThoseAt25HzAreNot)
     double since = -1.0;
     RotorValues held{};
     for (std::size_t i = 0; i < w.size(); ++i) {
-      if (const double n = std::floor(w.t_s[i] * rate_Hz + 1e-6); n != since) since = n, held = w.value[i];
+      if (const double n = std::floor(w.t_s[i] * rate_Hz + 1e-6); n != since) {
+        since = n;
+        held = w.value[i];
+      }
       w.value[i] = held;
     }
     const CheckedFlight c = check_flight(f.record, f.vehicle);

@@ -164,7 +164,10 @@ TEST_P(Fault, BatteryThatIsAConstantIsLeftOut) {
 TEST_P(Fault, AccelerometerAtTheEndOfItsRangeIsExcluded) {
   std::size_t beyond = 0;
   change(flight.record.accel_B_m_s2, 0.0, 1e9, [&](Eigen::Vector3d& f) {
-    if (f.z() > 16.0) f.z() = 16.0, ++beyond;
+    if (f.z() > 16.0) {
+      f.z() = 16.0;
+      ++beyond;
+    }
   });
   ASSERT_GT(beyond, 20u);
   EXPECT_NE(find(checked(), "accelerometer", FindingAction::exclude, "end of its range, 16 m/s^2"), nullptr) << findings_table(checked());
@@ -314,7 +317,10 @@ TEST_P(Fault, VelocityInBodyAxesIsRefusedAsSuch) {
   const estimate::testing::AnalyticPath path(0.3 * static_cast<double>(seed()));
   auto& v = flight.record.velocity_W_m_s;
   const Eigen::Quaterniond heading(Eigen::AngleAxisd(1.4, Eigen::Vector3d::UnitZ()));  // a vehicle that flies looking aside
-  for (auto& p : flight.record.pose.value) p.q_WS = p.q_WS * heading, p.q_WS.normalize();
+  for (auto& p : flight.record.pose.value) {
+    p.q_WS = p.q_WS * heading;
+    p.q_WS.normalize();
+  }
   for (std::size_t i = 0; i < v.size(); ++i) v.value[i] = (path.attitude(v.t_s[i]) * heading).conjugate() * v.value[i];
   flight.record.gyro_B_rad_s = {};
   flight.record.accel_B_m_s2 = {};

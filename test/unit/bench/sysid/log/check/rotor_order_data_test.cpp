@@ -96,7 +96,8 @@ TEST_P(RotorOrderOnMeasuredFlights, ASlipByOneMotorDuringTheFlightIsRefusedIn7Of
       for (std::size_t i = 0; i < w.size(); ++i)
         if (const RotorValues right = w.value[i]; w.t_s[i] >= slip_s) w.value[i] = {right[3], right[0], right[1], right[2]};
       const CheckedFlight c = check_flight(wrong, f.vehicle);
-      ++tried, refused += c.refusal.has_value();
+      ++tried;
+      refused += c.refusal.has_value();
       for (const LogFinding& finding : c.findings)
         named += finding.action == FindingAction::refuse && finding.what.find("one place further on") != std::string::npos &&
                  std::abs(finding.from_s - slip_s) < 2.0;
@@ -125,7 +126,8 @@ TEST_P(RotorOrderOnMeasuredFlights, APositionInAnyOfThe23OtherAxesIsRefusedButFo
         FlightRecord wrong = f.record;
         for (PoseReading& p : wrong.pose.value) p.p_W_m = turn * p.p_W_m;
         wrong.velocity_W_m_s = {};  // it would tell too
-        ++tried, refused += check_flight(wrong, f.vehicle).refusal.has_value();
+        ++tried;
+        refused += check_flight(wrong, f.vehicle).refusal.has_value();
       }
     } while (std::next_permutation(axis.begin(), axis.end()));
     break;  // one flight of a set: 23 checks each
