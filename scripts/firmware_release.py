@@ -38,7 +38,7 @@ def versions():
 
 def flash_bytes(elf, folder):
     out = folder / "program.bin"
-    firmware_image.tool("objcopy", "-O", "binary", elf, out)
+    firmware_image.tool("objcopy", "-O", "binary", "--gap-fill", "0xff", elf, out)  # between sections: as erased flash
     return out.read_bytes()
 
 
