@@ -18,6 +18,7 @@ void add_esc_lab(CLI::App& app, int& exit_code);
 void add_esc_sim(CLI::App& app, int& exit_code);
 void add_gains(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
+void add_image(CLI::App& app, int& exit_code);  // the group; cli/image
 void add_log(CLI::App& app, int& exit_code);
 void add_mcu(CLI::App& app, int& exit_code);    // the group; cli/mcu
 void add_rotor(CLI::App& app, int& exit_code);  // the group; its commands add themselves below it:

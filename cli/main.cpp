@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   rotorloop::cli::add_esc(app, exit_code);
   rotorloop::cli::add_esc_sim(app, exit_code);
   rotorloop::cli::add_esc_lab(app, exit_code);
+  rotorloop::cli::add_image(app, exit_code);
   rotorloop::cli::add_mcu(app, exit_code);
   rotorloop::cli::add_completion(app);
   app.footer("Examples:\n  rotorloop hil scenarios/paper.toml --seeds 1\n  rotorloop hil --help\n\n" + rotorloop::cli::exit_codes_text());
