@@ -54,6 +54,7 @@ void check_clock(CheckState& s);        // stamps far from all others, unit of t
 void check_inputs(CheckState& s);       // motors that ran, and a rate that a fit can use
 void check_bounds(CheckState& s);       // values that no flight shows, negative speeds
 void check_values(CheckState& s);       // spikes, frozen channels, saturation, within one stream
+void check_bursts(CheckState& s);       // poses that leave the gyro's turning and come back; a step of check_values
 void check_inertial(CheckState& s);     // accelerometer's unit and sign, gyro's unit, axes and handedness, quaternion order
 void check_motion(CheckState& s);       // position, velocity and tilt agree on one acceleration
 void check_rotors(CheckState& s);       // units by hover, dead or scaled rotors, on the ground

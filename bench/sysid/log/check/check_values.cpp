@@ -333,6 +333,7 @@ void check_values(CheckState& s) {
   drop_saturated(s, stream_name::accel, r.accel_B_m_s2, 15.0, "m/s^2");  // the least range on sale is 2 g
   drop_spikes(s, stream_name::gyro, r.gyro_B_rad_s, 0, 3, {2, 3.0, "rad/s"});
   drop_spikes(s, stream_name::accel, r.accel_B_m_s2, 0, 3, {2, 15.0, "m/s^2"});
+  check_bursts(s);
   drop_spikes(s, stream_name::pose, r.pose, 0, 3, {2, kPositionSpike_m, "m"});
   drop_spikes(s, stream_name::pose, r.pose, 3, 7, {2, 0.05, "in a component of the quaternion"});
   drop_spikes(s, stream_name::position, r.position_W_m, 0, 3, {2, kPositionSpike_m, "m"});
