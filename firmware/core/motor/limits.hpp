@@ -60,9 +60,9 @@ struct LimitConfig {
   float burnt_ohm = 1.5f;        // what a d current is burnt in: 3/2 R
   // Current that is asked for: a share of the phase limit, so that ripple, noise and shunt tolerance stay inside the limit …
   float asked_A = 0.0f, source_A = 0.0f, sink_A = 0.0f;
-  // … and no more than the board can measure, less per volt of bus what the current moves before the loop answers: the smaller of the two,
-  // worked out anew at each start from the bus that it finds (hold_to_range()).
-  float range_A = 1e9f, range_A_V = 0.0f;
+  // … and no more than the board can measure, less per volt of bus what the current moves before the loop answers, or what it swings beyond
+  // what is asked if that is more: the smaller of the two, worked out anew at each start from the bus that it finds (hold_to_range()).
+  float range_A = 1e9f, range_A_V = 0.0f, swing_A = 0.0f;
   // Of asked_A: without a fault, after one, after more. What tripped once trips again in the same way, until a second without has passed.
   float share = 1.0f, share_after_one = kShareAfterOne, share_after_more = kShareAfterMore;
   float undervoltage_V = 0.0f, over_undervoltage_span = 1.0f / kDeratingSpan_V;
@@ -133,10 +133,15 @@ constexpr float kObserverLimit = 2.0f, kObserverLeast = 0.5f;  // of w_e flux / 
 constexpr float kAskedShare = 0.9f;  // of the phase limit
 // What a phase of the board can be asked for. Of the trip: gains 3 % apart, zeros off by 20 counts, and what the bus moves through the
 // winding in one sample by this share of its voltage, which an angle, an EMF or a dead time that is not as known can put there before the
-// loop answers. Flights on plants of two hands; 2026-11-28.
-constexpr float kRangeGains = 0.97f, kRangeZero_counts = 20.0f, kUnansweredShare = 0.07f;
+// loop answers. Flights on plants of two hands; 2026-11-28. With a large inductance that is little; but at the end of a swing from one
+// limit to the other the frame still turns by what the inductance has wrong, and braking at speed the voltage may not do for what turns
+// with L i: the current goes beyond what is asked by this share of the trip. 64 boards of a 320 rpm/V motor; 2026-11-29.
+constexpr float kRangeGains = 0.97f, kRangeZero_counts = 20.0f, kUnansweredShare = 0.07f, kSwingShare = 0.135f;
 
-constexpr float range_limit_A(const LimitConfig& c, float bus_V) { return c.range_A - c.range_A_V * bus_V; }
+constexpr float range_limit_A(const LimitConfig& c, float bus_V) {
+  const float moved_A = c.range_A_V * bus_V;
+  return c.range_A - (moved_A > c.swing_A ? moved_A : c.swing_A);
+}
 constexpr void hold_to_range(LimitConfig& c, float bus_V) {
   const float range_A = range_limit_A(c, bus_V);
   c.phase_by = range_A < c.asked_A ? Limiter::sensor_range : Limiter::phase_current;
@@ -148,6 +153,7 @@ constexpr void hold_to_range(LimitConfig& c, float bus_V) {
 template <Board B>
 constexpr void configure_range(const Parameters& p, float period_s, LimitConfig& l) {
   l.range_A = kRangeGains * B::kTripCurrent_A - kRangeZero_counts * magnitude(B::kCurrent_A_per_count);
+  l.swing_A = kSwingShare * B::kTripCurrent_A;
   l.range_A_V = kUnansweredShare * period_s / p.inductance_H;
 }
 

@@ -65,8 +65,8 @@ class Motor : public MotorBase {
 
   // --- after power-up, until done ---
 
-  // Takes the place of all else. A sample that was missed, or a supply out of range, ends the attempt.
-  [[gnu::noinline]] void test_bridge(B& board) {
+  // Takes the place of all else; cold: for size. A sample that was missed, or a supply out of range, ends the attempt.
+  [[gnu::cold, gnu::noinline]] void test_bridge(B& board) {
     SelfTestVariables& test = self_test_;
     const SelfTestConfig& c = self_test_config_;
     const AdcCounts adc = board.adc();

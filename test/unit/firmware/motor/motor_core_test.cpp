@@ -289,6 +289,19 @@ TEST(Limits, ABoardOf44AmperesHolds36AOf15MicrohenryAt16VoltsAnd30AOf6Microhenry
   EXPECT_GT(c.share * c.asked_A, 34.0f);
 }
 
+// A limit above what is left of the trip for the swing of the current is not served, however little the bus moves it in a sample.
+TEST(Limits, ABoardOf44AmperesHolds36AOfALimitOf45AWith70MicrohenryAndSaysSo) {
+  Parameters large;
+  large.inductance_H = 70e-6f;
+  large.phase_current_limit_A = 45.0f;
+  LimitConfig c = configure<FakeBoard>(large).limits;
+  for (const float bus_V : {21.0f, 25.2f}) {
+    hold_to_range(c, bus_V);
+    EXPECT_NEAR(c.share * c.asked_A, 36.2f, 0.1f) << bus_V;
+    EXPECT_EQ(c.phase_by, Limiter::sensor_range) << bus_V;
+  }
+}
+
 TEST(Limits, NameTheRuleThatBinds) {
   const auto by = [](const LimitConfig& c, LimitInputs in, float wanted) { return limit_current(current_range(c, in), wanted, 1.0f).by; };
   const LimitInputs calm{1000.0f, 16.0f, 300.0f, 0.0f};
