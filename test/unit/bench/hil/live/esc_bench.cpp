@@ -9,6 +9,7 @@
 #include <fstream>
 #include <future>
 
+#include "host/base/random.hpp"
 #include "host/bus/live/multicast_bus.hpp"
 #include "host/bus/live/open_bus.hpp"
 #include "host/bus/live/slcan_port.hpp"
@@ -60,7 +61,41 @@ class SteppedBus final : public TimedBus {
   std::function<void(std::int64_t)> tick_;
 };
 
+// A live bus at which received frames get lost. Which ones follows from the seed and from their number at this end, not from time.
+class LossyBus final : public TimedBus {
+ public:
+  LossyBus(std::unique_ptr<TimedBus> inner, double probability, const RandomStream& random)
+      : inner_(std::move(inner)), probability_(probability), random_(random) {}
+  SendStatus send_any(const BusFrame& frame) override { return inner_->send_any(frame); }
+  std::optional<StampedBusFrame> receive_any() override {
+    while (auto received = inner_->receive_any()) {
+      if (random_.uniform(number_++) >= probability_) return received;
+    }
+    return std::nullopt;
+  }
+  std::int64_t now_ns() const override { return inner_->now_ns(); }
+  void wait_until(std::int64_t deadline_ns) override { inner_->wait_until(deadline_ns); }
+  BusState state() const override { return inner_->state(); }
+  PortCounters counters() const override { return inner_->counters(); }
+  std::string name() const override { return inner_->name(); }
+  void flush() override { inner_->flush(); }
+
+ private:
+  std::unique_ptr<TimedBus> inner_;
+  double probability_;
+  RandomStream random_;
+  std::uint64_t number_ = 0;
+};
+
 constexpr std::int64_t kTick_ns = 250'000;
+
+// The one fault that a live bus can be given: frames lost at each receiver.
+void lose_received(std::unique_ptr<TimedBus>& end, const sim::BusConfig& bus, std::uint64_t which) {
+  for (const sim::BusFault& fault : bus.faults) {
+    ASSERT_EQ(fault.kind, sim::BusFaultKind::lose_received);
+    end = std::make_unique<LossyBus>(std::move(end), fault.probability, RandomStream(bus.seed, which));
+  }
+}
 
 }  // namespace
 
@@ -136,6 +171,8 @@ EscBench::EscBench(Backend backend, const sim::BusConfig& bus) : backend_(backen
     w.esc_end = std::move(server);
     w.third = w.tool_end.get();
   }
+  lose_received(w.tool_end, bus, 0);
+  lose_received(w.esc_end, bus, 1);
   w.stepped = std::make_unique<SteppedBus>(*w.tool_end, step);
   w.for_tool = w.stepped.get();
 }
