@@ -75,8 +75,8 @@ inline std::vector<std::uint16_t> crashes() { return {0xDE00}; }  // udf: a faul
 
 class BootChip : public TimedBus {
  public:
-  explicit BootChip(const std::string& boot_elf, std::vector<sim::BusFault> faults = {})
-      : bus({.seed = 1, .faults = std::move(faults)}),
+  explicit BootChip(const std::string& boot_elf, std::vector<sim::BusFault> faults = {}, std::uint64_t seed = 1)
+      : bus({.seed = seed, .faults = std::move(faults)}),
         medium_(bus, chip.blocks().fdcan, true),
         board(read_board(TomlFile::read(ROTORLOOP_SOURCE_DIR "/vehicles/boards/b_g431b_esc1.toml")), {}, chip, 1),
         port_(&bus.attach({.name = "tool"})) {
