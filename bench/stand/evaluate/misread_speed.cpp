@@ -21,7 +21,8 @@ constexpr double kMostMisread = 0.25;
 constexpr std::size_t kMostNamed = 8;
 constexpr double kWithoutWind_m_s = 0.5;
 
-// d = ln(y/ω²) less a robust line over ln ω, and what is allowed for it; not-a-number where the channel has no reading.
+// d = ln(y/ω²) less a robust line over ln ω, and what is allowed for it; not-a-number where the channel has no reading. Of a reading
+// no larger than what its zero may be off only that bound is known: d is 0 where the shown speed asks for no more, else not known.
 struct Stray {
   double away = kNotMeasured, allowed = 0.0;
 };
@@ -29,7 +30,7 @@ struct Stray {
 // Line by the median of all slopes and of all offsets (Theil 1950, Sen 1968): 29 % of the points may be anywhere.
 std::vector<Stray> strays(const StandRecord& r, double StandPoint::*value, double rest) {
   std::vector<Stray> out(r.points.size());
-  std::vector<std::size_t> use;
+  std::vector<std::size_t> use, small;
   std::vector<double> x(r.points.size()), y(r.points.size());
   double largest = 0.0;
   for (const StandPoint& p : r.points)
@@ -37,10 +38,10 @@ std::vector<Stray> strays(const StandRecord& r, double StandPoint::*value, doubl
   const double zero = rest == rest ? rest : 0.0, share = rest == rest ? kZero : kZeroUnknown;
   for (std::size_t i = 0; i < r.points.size(); ++i) {
     const double w = r.points[i].omega_rad_s[0], v = r.points[i].*value - zero;
-    if (!(w > 0.0) || !(std::abs(v) > share * largest) || r.points[i].airspeed_m_s > kWithoutWind_m_s) continue;
+    if (!(w > 0.0) || v != v || r.points[i].airspeed_m_s > kWithoutWind_m_s) continue;
     x[i] = std::log(w);
-    y[i] = std::log(std::abs(v) / (w * w));
-    use.push_back(i);
+    y[i] = std::log(std::max(std::abs(v), share * largest) / (w * w));
+    (std::abs(v) > share * largest ? use : small).push_back(i);
   }
   if (use.size() < kFewestPoints) return out;
   std::vector<double> slopes, offsets, away;
@@ -57,6 +58,8 @@ std::vector<Stray> strays(const StandRecord& r, double StandPoint::*value, doubl
     const double v = std::abs(r.points[use[k]].*value - zero);
     out[use[k]] = {away[k], scatter + share * largest / v};
   }
+  for (const std::size_t i : small)
+    if (y[i] - slope * x[i] >= offset) out[i].away = 0.0;
   return out;
 }
 

@@ -271,6 +271,7 @@ StandRun read_samples(const std::filesystem::path& file, const std::filesystem::
   run.facts.diameter_m = record.diameter_m;
   run.facts.air_density_kg_m3 = record.air_density_kg_m3;
   run.remarks = csv.remarks;
+  run.remarks.insert(run.remarks.end(), run.checked.notes.begin(), run.checked.notes.end());
   mark_directions(run.steps);
   number_blocks(run.steps);
   take_options(run, o, record.density_given);

@@ -214,6 +214,34 @@ TEST(MisreadSpeed, FactorsOfTwoHalfAnd2p3InUpTo5Of20PointsLeaveTheTruthInTheInte
   EXPECT_GE(held, all - 1) << all;
 }
 
+// Holds at idle, whose thrust is no larger than the zero of its cell may be off, tell c_q from a torque that wires and bearings add.
+TEST(MisreadSpeed, HoldsAtIdleWithARunningTorqueOffsetOf7mNmStayInTheFit) {
+  const RandomStream random(4, 2);
+  std::uint64_t draw = 0;
+  for (const double running_N_m : {-0.0073, 0.0076}) {
+    StandRecord r;
+    r.name = "idle";
+    std::vector<double> speeds{0.0, 150.0}, down;
+    for (int i = 0; i <= 11; ++i) speeds.push_back(314.0 + 100.0 * i);
+    down.assign(speeds.rbegin() + 1, speeds.rend());
+    speeds.insert(speeds.end(), down.begin(), down.end());
+    for (const double w : speeds) {
+      StandPoint p;
+      p.row = r.points.size() + 1;
+      p.t_s = 3.0 * static_cast<double>(p.row);
+      p.omega_rad_s[0] = w;
+      p.thrust_N = 1.75e-6 * w * w + 0.01 * random.gaussian(draw++);
+      p.torque_N_m = 2.2e-8 * w * w + (w > 0.0 ? running_N_m : 0.0) + 1e-4 * random.gaussian(draw++);
+      r.points.push_back(p);
+    }
+    const std::size_t turning = speeds.size() - 2;
+    const StandEstimate e = estimate_stand(stand_run(std::move(r), with_density()), few_draws());
+    ASSERT_TRUE(e.torque) << all_of(e.faults) << all_of(e.remarks);
+    EXPECT_EQ(e.steps, turning) << all_of(e.remarks);
+    EXPECT_NEAR(e.torque->value / 2.2e-8, 1.0, 0.02);
+  }
+}
+
 // A stand with friction of 0.5 % of the largest thrust in its mount, which the budget takes as typical: u alone is told to the estimator.
 TEST(UpOnlyWithZeros, FrictionInTheMountIsInTheFitAnd90percentOrMoreOfTheIntervalsHoldTheTruth) {
   const RandomStream random(5, 2);
