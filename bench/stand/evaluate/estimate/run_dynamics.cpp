@@ -7,6 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 
 #include "host/base/block_fit.hpp"
 #include "host/base/error.hpp"
@@ -20,6 +21,7 @@ constexpr double kStep = 0.03;        // of the speed: a smaller change of the t
 constexpr double kLongest_s = 1.0;    // of a step that is looked at
 constexpr std::size_t kFewest = 8;    // samples of a step
 constexpr std::size_t kSegments = 8;  // of a spectrum, half overlapping
+constexpr double kAhead = 0.9;        // readings: a speed that begins to change so long before its target's first row is ahead of it
 
 struct Transition {
   std::size_t from = 0, to = 0;  // samples; the target changes at `from`
@@ -52,16 +54,23 @@ std::optional<TimeConstant> fit_lag(const SampleSeries& s, const Transition& t) 
     }
     return r;
   };
+  // A lag of a few milliseconds is over within two readings. Where the delay passes a reading the sum of squares has a kink, and a minimum
+  // on either side: the least from several starts is taken. The target may have changed up to one reading before the row that shows it
+  // first, which bounds the delay.
   const double dt = median_step(s.t_s);
-  try {
-    const LeastSquaresFit f = fit_least_squares({{"time constant", "s", 0.04, 1e-3, 2.0, 1e-4},
-                                                 {"delay", "s", 0.5 * dt, -2.0 * dt, 0.2, 1e-4},
-                                                 {"level", "rad/s", after, 0.5 * after, 1.5 * after, 1e-2}},
-                                                residuals);
-    return TimeConstant{f.values[0], f.standard_errors[0], f.values[1], 1};
-  } catch (const Error&) {
-    return std::nullopt;
-  }
+  std::optional<LeastSquaresFit> best;
+  for (const double lag_s : {0.3 * dt, 4.0 * dt, 0.04})
+    for (const double delay_s : {0.0, 0.5 * dt, 1.2 * dt}) try {
+        LeastSquaresFit f = fit_least_squares({{"time constant", "s", std::clamp(lag_s, 1e-3, 2.0), 1e-3, 2.0, 1e-4},
+                                               {"delay", "s", std::min(delay_s, 0.2), -dt, 0.2, 1e-4},
+                                               {"level", "rad/s", after, 0.5 * after, 1.5 * after, 1e-2}},
+                                              residuals);
+        if (!best || f.rms < best->rms) best = std::move(f);
+      } catch (const Error&) {
+        return std::nullopt;  // readings that are not finite, from any start
+      }
+  if (best->at_bound[0]) return std::nullopt;
+  return TimeConstant{best->values[0], best->standard_errors[0], best->values[1], 1};
 }
 
 // Standard uncertainties are told as if of many degrees of freedom: that of few blocks is made larger by so much.
@@ -315,14 +324,28 @@ std::optional<RunDynamics> run_dynamics(const StandRun& run, std::optional<doubl
   RunDynamics out;
   const auto all = transitions(s);
   std::vector<TimeConstant> up, down;
+  std::size_t ahead = 0;
   for (const Transition& t : all)
-    if (const auto lag = fit_lag(s, t)) (t.after_rad_s > t.before_rad_s ? up : down).push_back(*lag);
+    if (const auto lag = fit_lag(s, t)) {
+      if (lag->delay_s < -kAhead * median_step(s.t_s))
+        ++ahead;
+      else
+        (t.after_rad_s > t.before_rad_s ? up : down).push_back(*lag);
+    }
   out.up = pooled(up);
   out.down = pooled(down);
   out.transitions = all.size();
+  if (2 * ahead > all.size()) {
+    out.up.reset();
+    out.down.reset();
+    out.no_lag = fmt::format(
+        "no time constants: in {} of {} steps the speed changes before its target, which no loop does; likely: columns of two clocks, or a "
+        "target that is written down late; give both by one clock",
+        ahead, all.size());
+  }
   if (c_q) fit_inertia(out, run, all, *c_q, exponent, centre, offset);
   out.bandwidth = bandwidth(s);
-  if (!out.up && !out.down && !out.inertia_kg_m2 && !out.bandwidth && out.no_inertia.empty()) return std::nullopt;
+  if (!out.up && !out.down && !out.inertia_kg_m2 && !out.bandwidth && out.no_inertia.empty() && out.no_lag.empty()) return std::nullopt;
   return out;
 }
 

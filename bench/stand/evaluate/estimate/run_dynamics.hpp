@@ -11,7 +11,7 @@ namespace rotorloop::stand {
 
 struct TimeConstant {
   double value_s = 0.0, u_s = 0.0;  // of a first-order lag behind the target; 2 u hold the truth in 95 %, however few the steps are
-  double delay_s = 0.0;
+  double delay_s = 0.0;  // from the first row with the new target; down to minus one reading, as the target may change between two rows
   std::size_t steps = 0;
 };
 
@@ -26,6 +26,7 @@ struct RunDynamics {
   std::optional<TimeConstant> up, down;
   std::optional<double> inertia_kg_m2, inertia_u_kg_m2;  // u with what no step shows: gain of the torque cell, arm, alignment, clock
   std::string no_inertia;                                // why there is none although speed changed
+  std::string no_lag;                                    // why there are no time constants: speed that is ahead of its target
   std::size_t transitions = 0;
   std::optional<Bandwidth> bandwidth;
 };

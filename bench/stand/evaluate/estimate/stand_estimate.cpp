@@ -284,7 +284,9 @@ StandEstimate estimate_stand(const StandRun& run, const EstimateOptions& o) {
   e.motor = motor_constants(run, offset, o.inductance_H);
   e.dynamics = run_dynamics(run, e.torque ? std::optional(e.torque->value) : std::nullopt, e.torque ? e.torque->exponent : 2.0,
                             e.centre_rad_s, offset);
-  if (e.dynamics && !e.dynamics->no_inertia.empty()) e.remarks.push_back(e.dynamics->no_inertia);
+  if (e.dynamics)
+    for (const std::string& why : {e.dynamics->no_inertia, e.dynamics->no_lag})
+      if (!why.empty()) e.remarks.push_back(why);
   refuse_incredible(e, run, o.accepted);
   return e;
 }
