@@ -54,12 +54,16 @@ int main(int argc, char** argv) {
   try {
     const auto one = [&](std::uint64_t seed, const stand::StandEstimate& got, const test::StandTruth& truth) {
       if (!each) return;
-      fmt::print("{:>6} c_t {:+.3f} %, c_q {:+.3f} %, J {:+.2f} %, K_v {:+.2f} %, R {:+.2f} %, u of c_q {:.2f} %\n", seed,
-                 100.0 * (got.reduced_c_t / truth.c_t_N_s2 - 1.0), 100.0 * (got.reduced_c_q / truth.c_q_N_m_s2 - 1.0),
-                 got.dynamics && got.dynamics->inertia_kg_m2 ? 100.0 * (*got.dynamics->inertia_kg_m2 / truth.inertia_kg_m2 - 1.0) : -100.0,
-                 got.motor ? 100.0 * (got.motor->speed_constant_rpm_V.value / truth.speed_constant_rpm_V - 1.0) : -100.0,
-                 got.motor ? 100.0 * (got.motor->resistance_ohm.value / truth.resistance_ohm - 1.0) : -100.0,
-                 got.torque ? 100.0 * got.torque->u / got.torque->value : 0.0);
+      fmt::print(
+          "{:>6} c_t {:+.3f} %, c_q {:+.3f} %, J {:+.2f} %, K_v {:+.2f} %, R {:+.2f} %, u of c_q {:.2f} %, time constants {:+.2f} %, "
+          "{:+.2f} %\n",
+          seed, 100.0 * (got.reduced_c_t / truth.c_t_N_s2 - 1.0), 100.0 * (got.reduced_c_q / truth.c_q_N_m_s2 - 1.0),
+          got.dynamics && got.dynamics->inertia_kg_m2 ? 100.0 * (*got.dynamics->inertia_kg_m2 / truth.inertia_kg_m2 - 1.0) : -100.0,
+          got.motor ? 100.0 * (got.motor->speed_constant_rpm_V.value / truth.speed_constant_rpm_V - 1.0) : -100.0,
+          got.motor ? 100.0 * (got.motor->resistance_ohm.value / truth.resistance_ohm - 1.0) : -100.0,
+          got.torque ? 100.0 * got.torque->u / got.torque->value : 0.0,
+          got.dynamics && got.dynamics->up ? 100.0 * (got.dynamics->up->value_s / truth.up_s - 1.0) : -100.0,
+          got.dynamics && got.dynamics->down ? 100.0 * (got.dynamics->down->value_s / truth.down_s - 1.0) : -100.0);
       std::fflush(stdout);
     };
     const stats::StandEnsemble e = source.empty() ? stats::stand_ensemble(sim::read_blade(blade), scratch, first, runs, draws, drawn)
