@@ -105,10 +105,13 @@ void read_unit(const TomlTable& t, const QuantityTraits& q, MappedStream& s) {
 // Which way the quaternion turns, what the axes are, and in which of the two frames the vector stands.
 void read_frames(const TomlTable& t, const TomlTable& root, const QuantityTraits& q, MappedStream& s) {
   const auto axes = root.optional_table("axes");
-  const std::string world = axes ? axes->choice("world", {"W", "NED"}, "W") : "W";
-  const std::string body = axes ? axes->choice("body", {"B", "FRD"}, "B") : "B";
-  s.world_is_ned = t.choice("world", {"W", "NED"}, world) == "NED";
-  s.body_is_frd = t.choice("body", {"B", "FRD"}, body) == "FRD";
+  const auto read = [&](const char* key, const char* up, const char* down) {
+    const std::string whole = axes ? axes->choice(key, {up, down, "y_up"}, up) : up;
+    const std::string own = t.choice(key, {up, down, "y_up"}, whole);
+    return own == "y_up" ? LogAxes::y_up : own == down ? LogAxes::z_down : LogAxes::z_up;
+  };
+  s.world = read("world", "W", "NED");
+  s.body = read("body", "B", "FRD");
   if (q.columns != 3 && q.quantity != LogQuantity::attitude) return;
   s.world_to_body = t.choice("direction", {"body_to_world", "world_to_body"}, "body_to_world") == "world_to_body";
   if (q.quantity == LogQuantity::attitude) return;

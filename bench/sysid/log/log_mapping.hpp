@@ -45,6 +45,10 @@ struct MappedCondition {
   double value = 0.0;
 };
 
+// Of the world and of the body: ours (x as it comes, z up), half a turn about x from them (NED, FRD), or y up and z where our -y is, as
+// Motive, Unity and computer graphics have both.
+enum class LogAxes : std::uint8_t { z_up, z_down, y_up };
+
 enum class BlankPolicy : std::uint8_t { skip, refuse };
 
 struct MappedStream {
@@ -52,13 +56,13 @@ struct MappedStream {
   std::string extra_name;               // "payload_x[m]"
   std::size_t source = 0;               // index into LogMapping::sources
   std::vector<MappedColumn> columns;    // 1, 3 (x y z) or 4 (our rotors 1 to 4); none of an attitude as quaternion
-  std::vector<double> to_si;            // for each column: sign, unit, scale, pole pairs
+  std::vector<double> to_si;            // for each column, of an attitude w x y z: sign, unit, scale, pole pairs
   double zero = 0.0;                    // motor commands: the value that stands for 0 …
   double full_scale = 1.0;              // … and for 1
   std::vector<std::string> quaternion;  // w x y z; empty when not given
   std::string euler;                    // "zyx": intrinsic order of the turns about the axes, by the angles in `columns`; else empty
   bool world_to_body = false;           // what the attitude turns
-  bool world_is_ned = false, body_is_frd = false;
+  LogAxes world = LogAxes::z_up, body = LogAxes::z_up;
   bool in_world_axes = false;    // the vector's axes; else the body's
   bool gravity_removed = false;  // accel is acceleration, not specific force
   bool drop_held = false;

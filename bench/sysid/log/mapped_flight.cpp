@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "bench/sysid/log/stream_reader.hpp"
+#include "bench/sysid/log/wrapped_clock.hpp"
 #include "host/base/constants.hpp"
 #include "host/base/error.hpp"
 #include "host/base/toml_file.hpp"
@@ -24,7 +25,7 @@ constexpr double kQuaternionNormLow = 0.9, kQuaternionNormHigh = 1.1;
 
 // One row of a stream as logged: its columns, and from the fifth on its quaternion.
 using Reading = std::array<double, 8>;
-using Sources = std::vector<std::optional<ColumnTable>>;
+using Sources = std::vector<std::optional<ColumnTable>>;  // as LogMapping has them
 
 std::string source_label(const LogMapping& m, const MappedSource& s) {
   if (m.kind != LogKind::csv) return fmt::format("{} {} {}", m.kind == LogKind::ulog ? "topic" : "message", s.topic, s.multi_id);
@@ -104,7 +105,7 @@ struct Picked {
       v[i] = columns[i] ? (*columns[i])[row] : *s.columns[i].constant;
       if (columns[i] && s.missing_value && v[i] == *s.missing_value) v[i] = kNoReading;
     }
-    for (std::size_t i = 0; i < s.quaternion.size(); ++i) v[4 + i] = (*quaternion[i])[row];
+    for (std::size_t i = 0; i < s.quaternion.size(); ++i) v[4 + i] = (s.columns.empty() ? s.to_si[i] : 1.0) * (*quaternion[i])[row];
     return v;
   }
 };
@@ -122,8 +123,19 @@ std::size_t blanks_of(const MappedStream& s, const Reading& raw) {
   return n;
 }
 
-// A turn of half a circle about x takes NED to W, and FRD to B, both ways.
-Eigen::Vector3d half_turn(const Eigen::Vector3d& v) { return {v.x(), -v.y(), -v.z()}; }
+// Turns a vector's components in the log's axes to those in ours.
+Eigen::Quaterniond to_ours(LogAxes axes) {
+  const double half = std::sqrt(0.5);
+  return axes == LogAxes::z_down ? Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0)
+         : axes == LogAxes::y_up ? Eigen::Quaterniond(half, half, 0.0, 0.0)
+                                 : Eigen::Quaterniond::Identity();
+}
+
+// The same without rounding: what a log holds as a number stays that number.
+Eigen::Vector3d in_ours(LogAxes axes, const Eigen::Vector3d& v) {
+  if (axes == LogAxes::z_down) return {v.x(), -v.y(), -v.z()};
+  return axes == LogAxes::y_up ? Eigen::Vector3d(v.x(), -v.z(), v.y()) : v;
+}
 
 // Turns about the body's own axes, one after the other in the order given: "zyx" is yaw, then pitch, then roll.
 Eigen::Quaterniond from_angles(const MappedStream& s, const Reading& raw) {
@@ -140,16 +152,13 @@ Eigen::Quaterniond attitude_of(const MappedStream& s, const Reading& raw) {
   Eigen::Quaterniond q = s.euler.empty() ? Eigen::Quaterniond(raw[4], raw[5], raw[6], raw[7]) : from_angles(s, raw);
   q.normalize();
   if (s.world_to_body) q = q.conjugate();
-  const Eigen::Quaterniond half(0.0, 1.0, 0.0, 0.0);
-  if (s.world_is_ned) q = half * q;
-  if (s.body_is_frd) q = q * half.conjugate();
-  return q.normalized();
+  return (to_ours(s.world) * q * to_ours(s.body).conjugate()).normalized();
 }
 
 // A vector in the axes that the quantity has in a FlightRecord.
 Eigen::Vector3d vector_of(const MappedStream& s, const Reading& raw) {
   Eigen::Vector3d v(s.to_si[0] * raw[0], s.to_si[1] * raw[1], s.to_si[2] * raw[2]);
-  if (s.in_world_axes ? s.world_is_ned : s.body_is_frd) v = half_turn(v);
+  v = in_ours(s.in_world_axes ? s.world : s.body, v);
   const bool wanted_in_world = s.quantity != LogQuantity::gyro && s.quantity != LogQuantity::accel;
   if (s.in_world_axes == wanted_in_world && !s.gravity_removed) return v;
   const Eigen::Quaterniond q_WB = attitude_of(s, raw);
@@ -265,47 +274,6 @@ void fill(const MappedSource& source, const MappedStream& s, const ColumnTable& 
                  "Euler angles, or columns of something else", "give the columns of w, x, y, z of the attitude"},
                 ExitCode::data_quality);
   note_fates(s, n, from, to, findings);
-}
-
-// Counters of 32 bits start anew at 2^32: 71.6 minutes of microseconds. A step back by nearly all of that, with a usual step beyond it, is
-// no clock that was set back. Returns how often it happened.
-std::size_t unwrap(std::vector<double>& t) {
-  constexpr double kWrap = 4294967296.0, kNearEnd = 0.01;  // of the counter: no step of a log is longer
-  const bool counter = std::all_of(t.begin(), t.end(), [](double x) { return !(x == x) || (x >= 0.0 && x < kWrap && x == std::floor(x)); });
-  if (!counter) return 0;
-  std::size_t times = 0;
-  double before = kNoReading;
-  for (double& x : t) {
-    if (!(x == x)) continue;
-    const double raw = x;
-    if (before - raw > (1.0 - kNearEnd) * kWrap) ++times;
-    before = raw;
-    x = raw + static_cast<double>(times) * kWrap;
-  }
-  return times;
-}
-
-// All clocks of one log read on beyond the wrap of any of them.
-void unwrap_clocks(const LogMapping& m, Sources& tables, std::vector<LogFinding>& findings) {
-  double first_of_wrapped = kNoReading;
-  std::vector<std::size_t> steady;
-  for (std::size_t i = 0; i < tables.size(); ++i) {
-    const MappedTime& clock = m.sources[i].time;
-    if (!tables[i] || !tables[i]->has(clock.column) || clock.s_per_unit == 1.0) continue;
-    std::vector<double>& t = tables[i]->columns.at(clock.column);
-    if (const std::size_t times = unwrap(t); times > 0) {
-      first_of_wrapped = t.front();
-      findings.push_back({"log",
-                          fmt::format("{}: the clock \"{}\" of 32 bits starts anew {} time{}; read on beyond it", tables[i]->label,
-                                      clock.column, times, times == 1 ? "" : "s"),
-                          0.0, 0.0, FindingAction::note});
-    } else if (!t.empty()) {
-      steady.push_back(i);
-    }
-  }
-  for (const std::size_t i : steady)
-    if (auto& t = tables[i]->columns.at(m.sources[i].time.column); first_of_wrapped - t.front() > 2147483648.0)
-      for (double& x : t) x += 4294967296.0;  // it begins behind the wrap of the others
 }
 
 Sources sources_of(const LogMapping& m, const TableReader& read_table, std::vector<LogFinding>& findings) {

@@ -75,6 +75,30 @@ TEST(AttitudeStream, EulerAnglesTurnYawThenPitchThenRollFromNedAndFrd) {
   EXPECT_NEAR((q[2] * Eigen::Vector3d::UnitX()).z(), std::sin(20.0 * kDeg), 1e-12) << "nose up";
 }
 
+TEST(AttitudeStream, SignAndScaleOfAQuaternionsColumnsApply) {
+  test::TempFolder folder;
+  // A tilt of 30 degrees to the right about x, as 16-bit numbers of 32767 with x logged the other way.
+  const auto r =
+      read_csv(folder, "t,w,x,y,z\n0,31651,-8481,0,0\n",
+               csv_mapping(stream("attitude", "[\"w\", \"x\", \"y\", \"z\"]", "1", "scale = 3.0518509e-5\nsign = [1, -1, 1, 1]")));
+  ASSERT_EQ(r.flight.attitude_WS.size(), 1u);
+  EXPECT_NEAR(2.0 * std::asin(r.flight.attitude_WS.value[0].x()), 30.0 * kDeg, 1e-4);
+}
+
+TEST(AttitudeStream, AxesWithYUpBecomeOursInPositionAttitudeAndVelocity) {
+  test::TempFolder folder;
+  // Motive: x ahead, y up, z to the right. The first vehicle is 1 m up and 2 m to the right, level, and turned to the left by 90 degrees
+  // (about y); the second has its nose up by 90 degrees (about z).
+  const auto r = read_csv(folder, "t,x,y,z,qw,qx,qy,qz\n0,0,1,2,0.70710678,0,0.70710678,0\n1,0,1,2,0.70710678,0,0,0.70710678\n",
+                          csv_mapping(stream("pose", "[\"x\", \"y\", \"z\"]", "m", "quaternion = [\"qw\", \"qx\", \"qy\", \"qz\"]"),
+                                      "axes.world = \"y_up\"\naxes.body = \"y_up\"\n"));
+  ASSERT_EQ(r.flight.pose.size(), 2u);
+  EXPECT_NEAR((r.flight.pose.value[0].p_W_m - Eigen::Vector3d(0.0, -2.0, 1.0)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((r.flight.pose.value[0].q_WS * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 0.0, 1e-7) << "nose to the left";
+  EXPECT_NEAR((r.flight.pose.value[0].q_WS * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitZ()).norm(), 0.0, 1e-7) << "level";
+  EXPECT_NEAR((r.flight.pose.value[1].q_WS * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitZ()).norm(), 0.0, 1e-7) << "nose up";
+}
+
 TEST(AttitudeStream, AttitudeAndPositionOfTwoTablesBecomePosesAtThePositionsStamps) {
   test::TempFolder folder;
   folder.write("log_att.csv", "t,w,x,y,z\n0,1,0,0,0\n0.1,0.996194698,0,0,0.0871557427\n0.2,0.984807753,0,0,0.173648178\n5,1,0,0,0\n");
