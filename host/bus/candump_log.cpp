@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <numeric>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "host/base/error.hpp"
 
@@ -55,6 +58,15 @@ class LineParser {
     rest_.remove_prefix(length);
     blanks();
     return word;
+  }
+  // "RX B -" of `candump -x`: direction, bit rate switch, error state of the sender. True: the bit rate was switched.
+  bool direction_and_flags() {
+    if (!rest_.starts_with("RX ") && !rest_.starts_with("TX ")) return false;
+    const bool fast = rest_.substr(2).starts_with(" B");
+    if (rest_.size() < 8) fail("expected flags and a frame behind the direction");
+    rest_.remove_prefix(7);
+    blanks();
+    return fast;
   }
   std::uint32_t identifier(std::size_t& digits) {
     std::uint32_t id = 0;
@@ -158,10 +170,33 @@ std::uint16_t interface_index(BusLog& log, std::string_view name) {
   return static_cast<std::uint16_t>(log.interfaces.size() - 1);
 }
 
-void parse_line(LineParser line, BusLog& log) {
+// Stamps of all lines, of frames that are left out too: they may be the time since the line before.
+struct Stamps {
+  std::vector<std::int64_t> time_ns;
+  std::vector<std::size_t> of_frame;  // the line of each frame, as an index into `time_ns`
+
+  // Clocks that tell a time are set back once in a while; the time since the line before falls as often as it rises.
+  bool since_the_line_before() const {
+    constexpr std::size_t kLeast = 2, kShare = 10;
+    std::size_t back = 0;
+    for (std::size_t i = 1; i < time_ns.size(); ++i) back += time_ns[i] < time_ns[i - 1];
+    return back >= kLeast && kShare * back > time_ns.size();
+  }
+};
+
+void add_up(Stamps stamps, BusLog& log) {
+  std::partial_sum(stamps.time_ns.begin(), stamps.time_ns.end(), stamps.time_ns.begin());
+  for (std::size_t i = 0; i < log.frames.size(); ++i) log.frames[i].time_ns = stamps.time_ns[stamps.of_frame[i]];
+  log.notes.emplace_back("its stamps fall as often as they rise: read as the time since the line before (candump -td), and added up");
+}
+
+// `ended`: the line had its line feed. Without it the form of -L, which tells no length, is whole for certain only when it is full.
+void parse_line(LineParser line, bool ended, BusLog& log, Stamps& stamps) {
   LoggedFrame entry;
   entry.time_ns = line.time_ns();
+  stamps.time_ns.push_back(entry.time_ns);
   entry.interface = interface_index(log, line.interface());
+  const bool fast = line.direction_and_flags();
   std::size_t digits = 0;
   const std::uint32_t id = line.identifier(digits);
   if (digits != 3 && digits != 8) line.fail("expected an identifier of 3 or 8 hex digits");
@@ -178,10 +213,13 @@ void parse_line(LineParser line, BusLog& log) {
     return;
   }
   entry.frame.extended = digits == 8;
+  entry.frame.bit_rate_switch = entry.frame.bit_rate_switch || fast;
   entry.frame.id = id;
   if (id >= (entry.frame.extended ? 1u << 29 : 1u << 11)) line.fail("identifier beyond 7FF (3 digits) or 1FFFFFFF (8 digits)");
   if (!on_screen) line.data(entry.frame);
+  if (!ended && !on_screen && entry.frame.length < (entry.frame.fd ? 64 : 8)) line.fail("a short frame without the end of its line");
   log.frames.push_back(entry);
+  stamps.of_frame.push_back(stamps.time_ns.size() - 1);
 }
 
 char* put_line_start(char* p, std::int64_t time_ns, std::string_view interface, std::uint32_t id, bool extended) {
@@ -239,6 +277,7 @@ CandumpWriter::CandumpWriter(const std::string& path, std::string interface) : f
 
 BusLog parse_candump(std::string_view text, const std::string& name) {
   BusLog log;
+  Stamps stamps;
   std::size_t number = 0;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -247,14 +286,15 @@ BusLog parse_candump(std::string_view text, const std::string& name) {
     text.remove_prefix(std::min(end + 1, text.size()));
     ++number;
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
-    if (line.empty() || line.front() == '#' || line.front() == ';') continue;
+    if (line.empty() || line.front() == '#' || line.front() == ';' || line.front() == '\t') continue;  // tab: what -e says of an error
     try {
-      parse_line(LineParser(line, name, number), log);
+      parse_line(LineParser(line, name, number), ended, log, stamps);
     } catch (const Error&) {
       if (ended) throw;
       log.notes.push_back("line " + std::to_string(number) + " was cut off and is left out");
     }
   }
+  if (stamps.since_the_line_before()) add_up(std::move(stamps), log);
   return log;
 }
 

@@ -32,7 +32,10 @@ std::optional<std::uint32_t> whole(std::string_view word, int base) {
   const auto [used, ec] = std::from_chars(word.data(), word.data() + word.size(), v, base);
   return ec == std::errc{} && used == word.data() + word.size() && !word.empty() ? std::optional(v) : std::nullopt;
 }
-std::optional<double> number(std::string_view word) {
+// Where Windows writes decimals with a comma these programs may do so too.
+std::optional<double> number(std::string_view given) {
+  std::string word(given);
+  std::replace(word.begin(), word.end(), ',', '.');
   double v = 0.0;
   const auto [used, ec] = std::from_chars(word.data(), word.data() + word.size(), v);
   return ec == std::errc{} && used == word.data() + word.size() && !word.empty() ? std::optional(v) : std::nullopt;
@@ -207,8 +210,15 @@ BusLog parse_trc(std::string_view text, const std::string& name) {
 }
 
 BusLog parse_asc(std::string_view text, const std::string& name) {
-  const int base = text.substr(0, 400).find("base dec") != std::string_view::npos ? 10 : 16;
-  return parse_lines(text, name, "Vector's programs", [&](const Words& w, LoggedFrame& out) { return asc_line(w, base, out); });
+  const std::string_view head = text.substr(0, 400);
+  const int base = head.find("base dec") != std::string_view::npos ? 10 : 16;
+  const bool relative = head.find("timestamps relative") != std::string_view::npos;  // to the line before, whatever that told
+  std::int64_t before_ns = 0;
+  return parse_lines(text, name, "Vector's programs", [&](const Words& w, LoggedFrame& out) {
+    const Line line = asc_line(w, base, out);
+    if (relative) out.time_ns = before_ns += out.time_ns;
+    return line;
+  });
 }
 
 }  // namespace rotorloop

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "bench/sysid/log/csv_cells.hpp"
+#include "host/base/utf8.hpp"
 
 namespace rotorloop::log {
 
-// The text as UTF-8 without byte order mark. UTF-16 is known by its mark, or by a zero in every other of the first bytes.
-std::string as_utf8(std::string bytes);
+using rotorloop::as_utf8;
 
 struct CsvHead {
   std::vector<std::string> names;

@@ -146,6 +146,9 @@ TEST(Candump, CommentsArePassedOverAndACutLastLineIsLeftOutAndNoted) {
   EXPECT_EQ(log.frames[1].frame.id, 0x124u);
   ASSERT_EQ(log.notes.size(), 1u);
   EXPECT_EQ(log.notes[0], "line 5 was cut off and is left out");
+  EXPECT_EQ(parse_candump("(1.000001) can0 123#1122334455667788\n(1.000002) can0 123#1122", "x").frames.size(), 1u)
+      << "2 bytes of how many?";
+  EXPECT_EQ(parse_candump("(1.000001) can0 123#1122334455667788", "x").frames.size(), 1u) << "no frame has more";
   EXPECT_THROW((void)parse_candump("(1.000003) can0 1\n(1.000004) can0 123#11\n", "x"), Error) << "a damaged line within the file";
 }
 
@@ -161,6 +164,59 @@ TEST(Candump, TextOfTheScreenIsReadAsTheFile) {
   EXPECT_TRUE(log.frames[2].frame.fd);
   EXPECT_EQ(log.frames[2].frame.length, 12);
   EXPECT_EQ(log.skipped_remote, 1u);
+}
+
+TEST(Candump, StampsThatAreTheTimeSinceTheLineBeforeAreAddedUpOverRemoteFramesTooAndNoted) {
+  std::string text;
+  for (int i = 0; i < 4; ++i)
+    text += " (000.010000)  can0  123   [1]  11\n (000.000100)  can0  124   [4]  remote request\n (000.000200)  can0  125   [1]  22\n";
+  const BusLog log = parse_candump(text, "x");
+  ASSERT_EQ(log.frames.size(), 8u);
+  EXPECT_EQ(log.frames[1].time_ns, 10'300'000);
+  EXPECT_EQ(log.frames[7].time_ns, 41'200'000);
+  ASSERT_EQ(log.notes.size(), 1u);
+  EXPECT_NE(log.notes[0].find("since the line before"), std::string::npos);
+}
+
+TEST(Candump, AClockThatIsSetBackOnceStaysAsLogged) {
+  std::string text;
+  for (int i = 0; i < 30; ++i) text += "(" + std::to_string(i < 20 ? 100 + i : 70 + i) + ".000000) can0 123#11\n";
+  const BusLog log = parse_candump(text, "x");
+  EXPECT_EQ(log.frames[20].time_ns, 90'000'000'000);
+  EXPECT_TRUE(log.notes.empty());
+}
+
+TEST(Candump, DirectionAndFlagsOfTheScreenAndWordsAboutErrorsArePassedOver) {
+  const BusLog log = parse_candump(
+      " (1.000001)  can0  RX - -  123   [2]  11 22\n (1.000002)  can0  TX B -  1F334455  [12]  00 01 02 03 04 05 06 07 08 09 0A 0B\n"
+      " (1.000003)  can0  20000004   [8]  00 20 00 00 00 00 60 00   ERRORFRAME\n\tcontroller-problem{rx-overflow}\n",
+      "x");
+  ASSERT_EQ(log.frames.size(), 2u);
+  EXPECT_EQ(log.frames[0].frame.data[1], 0x22);
+  EXPECT_TRUE(log.frames[1].frame.bit_rate_switch);
+  EXPECT_EQ(log.skipped_error, 1u);
+}
+
+TEST(ForeignBusLog, TextInUTF16OrWithAByteOrderMarkIsReadLikeAnyOther) {
+  const TemporaryFile file(".log");
+  const std::string text = "(1.000001) can0 123#1122\n";
+  std::string wide = "\xFF\xFE";
+  for (const char c : text) wide += {c, '\0'};
+  for (const std::string& bytes : {wide, "\xEF\xBB\xBF" + text}) {
+    std::ofstream(file.path, std::ios::binary) << bytes;
+    ASSERT_EQ(read_bus_log(file.path).frames.size(), 1u);
+    EXPECT_EQ(read_bus_log(file.path).frames[0].frame.data[1], 0x22);
+  }
+}
+
+TEST(ForeignBusLog, RelativeStampsOfAnAscAreAddedUpOverEventsAndDecimalCommasAreRead) {
+  const TemporaryFile file(".asc");
+  std::ofstream(file.path) << "date Mon Nov 28 07:00:00.000 am 2026\nbase hex  timestamps relative\n"
+                              "   0,010000 1  64   Rx   d 1 00\n   0,020000 1  Statistic: D 10 R 0\n   0,030000 1  65   Rx   d 1 01\n";
+  const BusLog log = read_bus_log(file.path);
+  ASSERT_EQ(log.frames.size(), 2u) << "neither of them passed over for its comma";
+  EXPECT_EQ(log.frames[0].time_ns, 10'000'000);
+  EXPECT_EQ(log.frames[1].time_ns, 60'000'000);
 }
 
 // Lines as PEAK's "PCAN Trace File Format" (version 1.1 and 2.1) prints them.
