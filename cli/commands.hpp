@@ -8,6 +8,7 @@ class App;
 
 namespace rotorloop::cli {
 
+void add_airframe(CLI::App& app, int& exit_code);
 void add_bus(CLI::App& app, int& exit_code);  // the group; cli/bus
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_close(CLI::App& app, int& exit_code);
@@ -16,6 +17,7 @@ void add_diagnose(CLI::App& app, int& exit_code);
 void add_esc(CLI::App& app, int& exit_code);  // the group; cli/esc
 void add_esc_lab(CLI::App& app, int& exit_code);
 void add_esc_sim(CLI::App& app, int& exit_code);
+void add_fly(CLI::App& app, int& exit_code);
 void add_gains(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_image(CLI::App& app, int& exit_code);  // the group; cli/image

@@ -18,6 +18,8 @@ int main(int argc, char** argv) {
   app.footer(rotorloop::cli::exit_codes_text());
   int exit_code = 0;
   rotorloop::cli::add_hil(app, exit_code, rotorloop::hil::run_hil, rotorloop::hil::checked_vehicle_text);
+  rotorloop::cli::add_airframe(app, exit_code);
+  rotorloop::cli::add_fly(app, exit_code);
   rotorloop::cli::add_calibrate(app, exit_code);
   rotorloop::cli::add_vehicle(app, exit_code);
   rotorloop::cli::add_gains(app, exit_code);

@@ -13,8 +13,10 @@
 #include <string>
 #include <utility>
 
+#include "bench/hil/flight/scenario.hpp"
 #include "bench/hil/live/emulated_process.hpp"
 #include "bench/hil/live/esc_process.hpp"
+#include "bench/hil/live/setpoint_clock.hpp"
 #include "cli/bus/live_options.hpp"
 #include "cli/commands.hpp"
 #include "cli/shipped_files.hpp"
@@ -28,7 +30,8 @@ struct EscSimArguments {
   int esc_index = 0;
   std::filesystem::path store, bridge_log, elf;
   std::filesystem::path plant = "vehicles/reference_plant.toml";
-  double pace = 1.0;
+  std::string pace = "realtime";
+  double silence_s = 2.0;
   bool no_arming = false;
   LiveOptions live;
 };
@@ -103,10 +106,12 @@ class Told {
 };
 
 live::EscProcessConfig configuration(const EscSimArguments& o) {
-  if (!(o.pace >= 0.01 && o.pace <= 10.0))
-    throw Error({"--pace", fmt::format("{} is out of range: 0.01 to 10", o.pace), "",
-                 "1 is real time; 0.1 is ten times slower, for a slow machine or a debugger"});
   live::EscProcessConfig config;
+  const auto pace = hil::parse_pace(o.pace);
+  if (!pace)
+    throw Error({"--pace", fmt::format("\"{}\" is out of range: 0.01 to 10, realtime or lockstep", o.pace), "",
+                 "1 is real time; 0.1 is ten times slower, for a slow machine or a debugger"});
+  if (*pace > 0.0) config.pace = *pace;
   config.plant = o.plant;
   config.node_id = o.node_id == "auto" ? std::uint8_t{0}
                                        : static_cast<std::uint8_t>(number_in("--node-id", o.node_id, 1, 125,
@@ -118,9 +123,36 @@ live::EscProcessConfig configuration(const EscSimArguments& o) {
   config.unique_id = unique_id(o);
   config.require_arming = !o.no_arming;
   config.store = o.store;
-  config.pace = o.pace;
   return config;
 }
+
+bool lockstep(const EscSimArguments& o) { return hil::parse_pace(o.pace) == 0.0; }
+
+// Whose time is that of the set-points: moved on by each, and by its own time-outs when the last one has come.
+class LockstepEsc {
+ public:
+  LockstepEsc(const EscSimArguments& o, TimedBus& bus)
+      : clock_(bus, static_cast<std::uint8_t>(o.esc_index / 4), static_cast<std::int64_t>(1e9 * o.silence_s)) {}
+  TimedBus& bus() { return clock_; }
+  std::int64_t advance(live::EscProcess& esc) {
+    while (clock_.begin_step()) {
+      esc.advance();
+      clock_.end_step();
+    }
+    return clock_.next_ns();
+  }
+  // No order comes any more: the ESC's time-outs stop its motor.
+  void run_down(live::EscProcess& esc) {
+    constexpr std::int64_t kSlice_ns = 10'000'000, kRunDown_ns = 1'500'000'000;  // longer than the longest time-out of an order
+    for (std::int64_t t_ns = 0; t_ns < kRunDown_ns; t_ns += kSlice_ns) {
+      clock_.run_on(kSlice_ns);
+      esc.advance();
+    }
+  }
+
+ private:
+  live::SetpointClock clock_;
+};
 
 // One line for each change, whole at once: a reader sees it as soon as it happened.
 std::ofstream begun_bridge_log(const EscSimArguments& o) {
@@ -150,6 +182,7 @@ int emulated_esc_sim(const EscSimArguments& o) {
   refuse_with_elf("--store", !o.store.empty());
   refuse_with_elf("--unique-id", !o.unique_id.empty());
   refuse_with_elf("--bridge-log", !o.bridge_log.empty());
+  refuse_with_elf("--pace lockstep", lockstep(o));
   const live::EscProcessConfig config = configuration(o);
   const sim::EscProgram program = sim::read_esc_program(o.elf, shipped_or_given("vehicles/boards/b_g431b_esc1.toml"));
   const auto bus = open_recorded(o.live, o.bus, "--bus");
@@ -177,7 +210,9 @@ int esc_sim(const EscSimArguments& o) {
   if (!o.elf.empty()) return emulated_esc_sim(o);
   const live::EscProcessConfig config = configuration(o);
   const auto bus = open_recorded(o.live, o.bus, "--bus");
-  live::EscProcess esc(config, *bus);
+  std::optional<LockstepEsc> stepped;
+  if (lockstep(o)) stepped.emplace(o, *bus);
+  live::EscProcess esc(config, stepped ? stepped->bus() : *bus);
   std::ofstream log;
   if (!o.bridge_log.empty()) {
     log = begun_bridge_log(o);
@@ -200,10 +235,12 @@ int esc_sim(const EscSimArguments& o) {
       hand_until_ns = bus->now_ns() + kHand_ns;
     }
     esc.turn_by_hand(bus->now_ns() < hand_until_ns ? std::optional(kHand_rad_s) : std::nullopt);
-    esc.advance();
+    if (!stepped) esc.advance();
+    const std::int64_t next_ns = stepped ? stepped->advance(esc) : esc.next_ns();
     told.tell(esc);
-    return esc.next_ns();
+    return next_ns;
   });
+  if (stepped) stepped->run_down(esc);
   const firmware::CommandCounters& c = esc.node().command_counters();
   fmt::print(stderr, "commands: {} raw, {} rpm, {} fast; {} not armed; time-outs: {} commands, {} fast\n", c.raw_commands, c.rpm_commands,
              c.fast_setpoints, c.not_armed, c.command_timeouts, c.fast_timeouts);
@@ -233,7 +270,12 @@ void add_esc_sim(CLI::App& app, int& exit_code) {
       "run this program of the B-G431B-ESC1 (scripts/firmware) on an emulated STM32G431, in place of the firmware that is compiled "
       "in; not with --store, --unique-id, --bridge-log");
   c->add_option("--plant", o->plant, "plant file; motor, propeller and battery of its first rotor are used")->capture_default_str();
-  c->add_option("--pace", o->pace, "simulated seconds per second of real time")->capture_default_str();
+  c->add_option("--pace", o->pace,
+                "simulated seconds per second of real time, realtime, or lockstep: each set-point of the fast channel is 1 ms")
+      ->capture_default_str();
+  c->add_option("--silence", o->silence_s, "with lockstep: s without a set-point after which time goes on by itself, and the motor stops")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
   c->add_flag("--no-arming", o->no_arming, "run without ArmingStatus, for controllers that do not send it");
   c->add_option(
       "--bridge-log", o->bridge_log,

@@ -1,5 +1,6 @@
 #include "host/node/flight_computer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -83,7 +84,9 @@ void FlightComputer::control_step(const ImuSample& imu, std::int64_t now_us) {
   if (phase_ == FlightPhase::flying) wanted_rad_s_ = record_.command.omega_rad_s;
 
   const std::uint64_t divider = 1000u / config_.setpoint_Hz;
-  if ((phase_ == FlightPhase::spin_up || phase_ == FlightPhase::flying) && steps_ % divider == 0) escs_.command(wanted_rad_s_, now_us);
+  for (double& omega_rad_s : wanted_rad_s_) omega_rad_s = std::min(omega_rad_s, config_.ceiling_rad_s);
+  const bool commands = config_.always_command || phase_ == FlightPhase::spin_up || phase_ == FlightPhase::flying;
+  if (commands && steps_ % divider == 0) escs_.command(wanted_rad_s_, now_us);
   record_.phase = phase_;
   record_.commanded_rad_s = wanted_rad_s_;
   record_.bus_A = 0.0;
@@ -222,10 +225,10 @@ void FlightComputer::report(std::int64_t imu_time_us, std::int64_t now_us) {
   const Limiters& l = record_.command.diagnostics.limiters;
   state::ControllerStatus s;
   s.time_us = imu_time_us;
-  s.mode = phase_ == FlightPhase::flying    ? state::ControllerMode::tracking
-           : phase_ == FlightPhase::spin_up ? state::ControllerMode::idle
-           : phase_ == FlightPhase::safe    ? state::ControllerMode::failsafe
-                                            : state::ControllerMode::off;
+  s.mode = phase_ == FlightPhase::flying                                     ? state::ControllerMode::tracking
+           : phase_ == FlightPhase::spin_up                                  ? state::ControllerMode::idle
+           : phase_ == FlightPhase::boot || safe_.reason == SafeReason::none ? state::ControllerMode::off
+                                                                             : state::ControllerMode::failsafe;
   s.armed = phase_ == FlightPhase::spin_up || phase_ == FlightPhase::flying;
   s.estimate_valid = record_.estimate.valid;
   s.pose_fresh = imu_time_us - newest_pose_.time_us < 100'000;

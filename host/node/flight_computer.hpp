@@ -8,6 +8,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -46,6 +47,8 @@ struct FlightComputerConfig {
   std::int64_t imu_timeout_us = 20'000;
   std::int64_t esc_timeout_us = 30'000;     // no feedback of one ESC
   std::int64_t not_following_us = 150'000;  // speed off by more than half of the command
+  bool always_command = false;              // also send set-points of 0 while disarmed: each is answered, so that all know of each other
+  double ceiling_rad_s = std::numeric_limits<double>::infinity();  // no set-point above it leaves
 };
 
 // One row of the on-board log: what the flight computer knew and did in one control step.
@@ -85,6 +88,10 @@ class FlightComputer {
 
   FlightPhase phase() const { return phase_; }
   const SafeState& safe_state() const { return safe_; }
+  // Disarms for good, for no fault: the flight is over.
+  void disarm(std::int64_t now_us) {
+    if (phase_ != FlightPhase::safe) go_safe(SafeReason::none, -1, now_us);
+  }
   // Disarms for good: what runs this computer is too far behind real time.
   void miss_time(std::int64_t now_us) {
     if (phase_ != FlightPhase::safe) go_safe(SafeReason::late, -1, now_us);

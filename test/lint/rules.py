@@ -58,6 +58,7 @@ ARROWS = {
     "bench/hil/flight": WITH_WORLD + ["bench/hil/controllers", "bench/sysid/log", "bench/render"],
     "bench/hil/calibrate": WITH_WORLD + ["bench/sysid/log", "bench/render"],
     "bench/hil/live": ["host/base", "host/bus", "host/node", "host/tools", "sim", "firmware", "protocols"],
+    "bench/hil/processes": WITH_WORLD + ["bench/hil/flight"],
     "bench/hil/esc_lab": WITH_WORLD + ["bench/render", "bench/hil/flight"],
     "bench/hil/closed_loop": WITH_WORLD + ["bench/sysid/log", "bench/render", "bench/hil/flight"],
     "bench/propeller": WITH_WORLD + ["bench/render"],

@@ -297,7 +297,8 @@ host::ControllerConfig our_loops(const Inputs& inputs, host::Variant variant) {
   return c;
 }
 
-// Who flies, and from when: somebody else's controller may ask for time before the trajectory.
+}  // namespace
+
 std::unique_ptr<host::FlightController> make_controller(const Scenario& scenario, const Inputs& inputs, const FlightRequest& q,
                                                         const std::atomic<bool>* stop, LoopConfig& config) {
   if (!q.variant.is_external()) return std::make_unique<host::CascadeController>(inputs.vehicle, our_loops(inputs, q.variant.own()));
@@ -320,8 +321,6 @@ std::unique_ptr<host::FlightController> make_controller(const Scenario& scenario
   config.computer.start_us = std::max(config.computer.start_us, static_cast<std::int64_t>(std::llround(controller->hello().start_s * 1e6)));
   return controller;
 }
-
-}  // namespace
 
 double flight_duration_s(const LoopConfig& config, const host::Trajectory& trajectory) {
   return static_cast<double>(config.computer.start_us) * 1e-6 + trajectory.duration_s() + kTail_s;

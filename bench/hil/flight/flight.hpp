@@ -55,6 +55,9 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
 
 // What the loop of this request is made of; also used by tests that replay a flight's frames.
 LoopConfig loop_config(const Scenario& scenario, const Inputs& inputs, const FlightRequest& request);
+// Who flies, and from when: somebody else's controller may ask for time before the trajectory (`config` then starts later).
+std::unique_ptr<host::FlightController> make_controller(const Scenario& scenario, const Inputs& inputs, const FlightRequest& request,
+                                                        const std::atomic<bool>* stop, LoopConfig& config);
 // From power-on to the end of the log: wait for the start, trajectory, half a second more.
 double flight_duration_s(const LoopConfig& config, const host::Trajectory& trajectory);
 double flight_duration_s(const Scenario& scenario, const Inputs& inputs, const FlightRequest& request);

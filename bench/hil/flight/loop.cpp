@@ -65,6 +65,23 @@ double taken_by_J(const Esc& esc) {
 
 }  // namespace
 
+FlyingPlant make_flying_plant(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::Trajectory& trajectory,
+                              const LoopConfig& config, CanBus& state_port) {
+  sim::AirframeState initial;
+  initial.p_W_m = trajectory.at(0.0).p_W_m;
+  const double yaw = trajectory.at(0.0).yaw_rad;
+  const SinCos half = sincos_exact(0.5 * yaw);
+  initial.q_WB = Eigen::Quaterniond(half.cos, 0.0, 0.0, half.sin);
+  sim::PlantSetup setup = sim::plant_setup(plant, rotors, 1'000'000'000 / config.airframe_Hz, config.seed);
+  setup.pose.drift_enabled = config.pose_drift;
+  sim::EffectSet effects = sim::effect_set(plant);
+  effects.prepare(setup);
+  auto dynamics = std::make_unique<sim::FlightDynamics>(setup, rotors, std::move(effects), initial, config.computer.start_us * 1000);
+  auto sensors = std::make_unique<sim::SensorNode>(sim::ImuSensor(setup.imu, setup.body, config.seed),
+                                                   sim::PoseSensor(setup.pose, config.seed), state_port);
+  return {std::move(setup), std::move(dynamics), std::move(sensors)};
+}
+
 Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::VehicleModel& vehicle, const host::Trajectory& trajectory,
            std::unique_ptr<host::FlightController> controller, const LoopConfig& config)
     : config_(config),
@@ -76,20 +93,12 @@ Loop::Loop(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::V
   CanBus& airframe_state = state_bus_->attach({.name = "airframe"});
   CanBus& computer_esc = esc_bus_->attach({.name = "computer"});
 
-  sim::AirframeState initial;
-  initial.p_W_m = trajectory.at(0.0).p_W_m;
-  const double yaw = trajectory.at(0.0).yaw_rad;
-  const SinCos half = sincos_exact(0.5 * yaw);
-  initial.q_WB = Eigen::Quaterniond(half.cos, 0.0, 0.0, half.sin);
-  sim::PlantSetup setup = sim::plant_setup(plant, rotors, 1'000'000'000 / config.airframe_Hz, config.seed);
-  setup.pose.drift_enabled = config.pose_drift;
-  sim::EffectSet effects = sim::effect_set(plant);
-  effects.prepare(setup);
-  dynamics_ = std::make_unique<sim::FlightDynamics>(setup, rotors, std::move(effects), initial, config.computer.start_us * 1000);
+  FlyingPlant flying = make_flying_plant(plant, rotors, trajectory, config, airframe_state);
+  const sim::PlantSetup& setup = flying.setup;
+  dynamics_ = std::move(flying.dynamics);
+  sensors_ = std::move(flying.sensors);
   battery_.emplace(setup.battery);  // as the effects left it
   if (plant.esc.typical) supply_.emplace(setup.battery, sim::CableParameters{});
-  sensors_ = std::make_unique<sim::SensorNode>(sim::ImuSensor(setup.imu, setup.body, config.seed), sim::PoseSensor(setup.pose, config.seed),
-                                               airframe_state);
   computer_ = std::make_unique<host::FlightComputer>(vehicle, config.computer, *controller_, trajectory, computer_state, computer_esc);
 
   escs_.reserve(4);

@@ -52,6 +52,16 @@ struct LoopConfig {
   host::FlightComputerConfig computer;
 };
 
+// The plant without its ESCs, on its launch stand where the trajectory begins, and its sensors on the state bus.
+struct FlyingPlant {
+  sim::PlantSetup setup;  // as the plant's effects left it
+  std::unique_ptr<sim::FlightDynamics> dynamics;
+  std::unique_ptr<sim::SensorNode> sensors;
+};
+// `rotors` and `state_port` outlive it.
+FlyingPlant make_flying_plant(const sim::PlantFile& plant, const sim::Rotors& rotors, const host::Trajectory& trajectory,
+                              const LoopConfig& config, CanBus& state_port);
+
 // Ports in the order in which they are attached; BusFault::port counts the same way.
 inline constexpr int kComputerPort = 0;              // on both buses
 inline constexpr int kAirframePort = 1;              // on the state bus
