@@ -19,29 +19,25 @@ constexpr double kDriveEfficiency = 0.75;  // ESC and motor at part load
 constexpr double kDensity_kg_m3 = 1.2;
 constexpr double kSmallShare = 0.05;  // of full scale: below, rounding and zero drift weigh
 
-struct Expected {
-  double c_t, c_q;
-  bool typical;
-};
-Expected expected(const modbus::StandSetup& s) {
+}  // namespace
+
+ExpectedCoefficients expected_coefficients(const modbus::StandSetup& s) {
   const double per_turn = 2.0 * std::numbers::pi;
   const double c_t = kTypicalC_T * kDensity_kg_m3 * std::pow(s.diameter_m, 4) / (per_turn * per_turn);
   const double c_q = kTypicalC_P / per_turn * kDensity_kg_m3 * std::pow(s.diameter_m, 5) / (per_turn * per_turn);
-  const bool both = s.expected_c_t_N_s2 > 0.0 && s.expected_c_q_N_m_s2 > 0.0;
-  return {s.expected_c_t_N_s2 > 0.0 ? s.expected_c_t_N_s2 : c_t, s.expected_c_q_N_m_s2 > 0.0 ? s.expected_c_q_N_m_s2 : c_q, !both};
+  const bool has_t = s.expected_c_t_N_s2 > 0.0, has_q = s.expected_c_q_N_m_s2 > 0.0;
+  return {has_t ? s.expected_c_t_N_s2 : c_t, has_q ? s.expected_c_q_N_m_s2 : c_q, !has_t, !has_q};
 }
-
-}  // namespace
 
 Prediction predict(const modbus::StandSetup& s, const Plan& plan, double settle_s, double supply_V) {
   Prediction p;
-  const Expected e = expected(s);
-  p.typical_coefficients = e.typical;
+  const ExpectedCoefficients e = expected_coefficients(s);
+  p.typical_coefficients = e.typical_c_t || e.typical_c_q;
   p.duration_s = plan.typical_s(settle_s);
   std::map<double, Prediction::Level> by_speed;
   const auto level = [&](double w) {
-    const double torque = e.c_q * w * w, power = torque * w / kDriveEfficiency;
-    return Prediction::Level{w, e.c_t * w * w, torque, power, power / supply_V, 0};
+    const double torque = e.c_q_N_m_s2 * w * w, power = torque * w / kDriveEfficiency;
+    return Prediction::Level{w, e.c_t_N_s2 * w * w, torque, power, power / supply_V, 0};
   };
   for (const Segment& g : plan.segments) {
     const double w = g.motion == Motion::ramp     ? std::max(g.from_rad_s, g.omega_rad_s)

@@ -8,6 +8,13 @@
 
 namespace rotorloop::stand_run {
 
+// Of the propeller in still air: the stand file's, else those of any propeller of the diameter, known to a factor of two.
+struct ExpectedCoefficients {
+  double c_t_N_s2 = 0.0, c_q_N_m_s2 = 0.0;
+  bool typical_c_t = false, typical_c_q = false;
+};
+ExpectedCoefficients expected_coefficients(const modbus::StandSetup& setup);
+
 struct Prediction {
   struct Level {
     double omega_rad_s = 0.0, thrust_N = 0.0, torque_N_m = 0.0, power_W = 0.0, current_A = 0.0;

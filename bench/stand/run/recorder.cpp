@@ -183,6 +183,11 @@ void Recorder::row(const GridRow& row, bool limited) {
   open_->torque_N_m += all[2];
   open_->voltage_V += v[stand::kVoltageColumn];
   open_->current_A += v[stand::kCurrentColumn];
+  open_->esc_voltage_V += v[stand::kEscVoltageColumn];
+  open_->esc_current_A += v[stand::kEscCurrentColumn];
+  for (std::size_t k = 0; k < stand::kColumns; ++k)
+    if (const double shown = row.values[k]; shown == shown)
+      open_->shown[k] = {std::min(open_->shown[k].first, shown), std::max(open_->shown[k].second, shown)};
   open_->duration_s = seconds(row.t_ns) - open_->t_s;
   open_->limited = open_->limited || limited;
   ++open_->samples;
@@ -192,7 +197,8 @@ void Recorder::finish_step() {
   if (!open_ || open_->samples == 0) return open_.reset();
   StepMeans s = *open_;
   open_.reset();
-  for (double* v : {&s.omega_rad_s, &s.thrust_N, &s.torque_N_m, &s.voltage_V, &s.current_A}) *v /= s.samples;
+  for (double* v : {&s.omega_rad_s, &s.thrust_N, &s.torque_N_m, &s.voltage_V, &s.current_A, &s.esc_voltage_V, &s.esc_current_A})
+    *v /= s.samples;
   files_.step(fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{:.4f},{:.5f},{:.7f},{},{},{},{},{}", s.number, s.configuration, name(s.motion),
                           s.wanted_rad_s, s.t_s, s.duration_s, s.omega_rad_s, s.thrust_N, s.torque_N_m, cell(s.voltage_V),
                           cell(s.current_A), s.samples, s.settled ? "yes" : "unsettled", s.limited ? "limited" : ""));

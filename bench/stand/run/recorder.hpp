@@ -1,5 +1,7 @@
 // What a run writes: readings as they come, rows of one time, means of steps, events, and the two seconds before a trip.
 #pragma once
+#include <array>
+#include <cmath>
 #include <deque>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
@@ -11,6 +13,7 @@
 #include "bench/stand/run/run_files.hpp"
 #include "bench/stand/run/sample_grid.hpp"
 #include "bench/stand/run/sequence.hpp"
+#include "bench/stand/run_folder.hpp"
 #include "protocols/types/esc.hpp"
 
 namespace rotorloop::stand_run {
@@ -21,13 +24,22 @@ struct StandReading {
   std::int64_t sampled_ns = 0, uncertainty_ns = 0;  // of the bus's clock
 };
 
+using ShownRange = std::array<std::pair<double, double>, stand::kColumns>;
+constexpr ShownRange nothing_shown() {
+  ShownRange r{};
+  r.fill({HUGE_VAL, -HUGE_VAL});
+  return r;
+}
+
 // A step's means, thrust and torque after the calibration matrix.
 struct StepMeans {
   int number = 0;
   char configuration = 'A';
   Motion motion = Motion::hold;
   double wanted_rad_s = 0.0, t_s = 0.0, duration_s = 0.0, omega_rad_s = 0.0, thrust_N = 0.0, torque_N_m = 0.0, voltage_V = 0.0,
-         current_A = 0.0;
+         current_A = 0.0, esc_voltage_V = 0.0, esc_current_A = 0.0;
+  // Least and greatest that each column of the samples showed, before the calibration matrix; not ordered where it showed nothing.
+  ShownRange shown = nothing_shown();
   int samples = 0;
   bool settled = true, limited = false;
 };

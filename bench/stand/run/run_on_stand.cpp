@@ -24,6 +24,7 @@ RunOnStand::RunOnStand(const modbus::StandSetup& setup, const Plan& plan, tools:
   esc_ = find_esc(tool, table, setup, index, o.listen_s);
   options_.session.esc_pole_pairs = esc_.pole_pairs;
   options_.session.duty_node = esc_.duty_node();
+  options_.session.airspeed_m_s = o.airspeed_m_s;
   if (!commission) return;
   const auto say = [&](const std::string& line) {
     if (observer.say) observer.say(line);

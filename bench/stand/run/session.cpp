@@ -34,7 +34,8 @@ Session::Session(const modbus::StandSetup& setup, Plan plan, tools::ToolNode& to
       options_(std::move(options)),
       sequencer_(plan_, options_),
       watch_(setup, options_.esc_pole_pairs, [this](const Trip& t) { stop_for(t); }),
-      recorder_(setup, plan_, files, tool.now_ns()) {
+      recorder_(setup, plan_, files, tool.now_ns()),
+      instruments_(setup, plan_.highest_rad_s(), options_.airspeed_m_s != 0.0) {
   tool.on<protocols::EscStatus>([this](const protocols::EscStatus& s, std::uint8_t) { on_status(s); });
   const auto foreign = [this](const auto&, std::uint8_t) { foreign_ns_ = tool_.now_ns(); };
   tool.on<protocols::RawCommand>(foreign);
@@ -174,6 +175,9 @@ void Session::step() {
   }
   for (const GridRow& row : recorder_.rows(now, sequencer_.limited()))
     if (recorder_.measures(modbus::StandAxis::rotor_speed)) watch_.speeds(row, sequencer_.measuring() && set_point_rad_s() > 0.0);
+  for (; holds_checked_ < steps().size(); ++holds_checked_)
+    if (const std::string wrong = instruments_.hold(steps()[holds_checked_]); !wrong.empty())
+      stop_for({"instrument", wrong, 0.0, 0.0, modbus::LimitAction::ramp_down, now});
   if (turning()) watch_.bus(bus_state(), now);
   drive();
   command();

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/stand/run/instrument_check.hpp"
 #include "bench/stand/run/recorder.hpp"
 #include "bench/stand/run/sequencer.hpp"
 #include "bench/stand/run/watch.hpp"
@@ -20,6 +21,7 @@ inline constexpr const char* kDutyParameter = "stat_duty_q";  // what an ESC tha
 struct SessionOptions : SequencerOptions {
   int esc_index = 0;
   int esc_pole_pairs = 0;      // as the ESC has it; 0: not known
+  double airspeed_m_s = 0.0;   // of a wind tunnel
   std::uint8_t duty_node = 0;  // ESC that is asked for the voltage that it gives ten times a second; 0: none that has it
   // Whether the stand is in this configuration (abab); asked again and again with the motor disarmed until it says so. None: always.
   std::function<bool(char configuration)> configured;
@@ -87,6 +89,8 @@ class Session {
   Sequencer sequencer_;
   Watch watch_;
   Recorder recorder_;
+  InstrumentCheck instruments_;
+  std::size_t holds_checked_ = 0;
   RunEnd end_ = RunEnd::running;
   std::optional<Trip> trip_;
   std::int64_t heard_ns_ = -1, foreign_ns_ = -1;

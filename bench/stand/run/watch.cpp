@@ -19,6 +19,7 @@ constexpr std::int64_t kForeign_ns = 1'000'000'000;
 constexpr std::int64_t kStart_ns = 4'000'000'000;  // from rest to the set-point: alignment, ramp, second try
 constexpr double kSpeedsDiffer = 0.03;             // between ESC and independent speed: both are good to 0.1 %
 constexpr int kSpeedsDifferRows = 30;              // 0.3 s
+constexpr double kMostPolePairs = 30.0;            // that a stand file may give
 
 // "the ESC says 1.167 times the independent speed: … 7 pole pairs, not 6".
 std::string speed_ratio_text(double ratio, int esc_pole_pairs) {
@@ -29,9 +30,10 @@ std::string speed_ratio_text(double ratio, int esc_pole_pairs) {
       break;
     }
   if (esc_pole_pairs > 0)
-    if (const double pairs = std::round(ratio * esc_pole_pairs); pairs >= 1.0 && std::abs(ratio * esc_pole_pairs / pairs - 1.0) < 0.015)
+    if (const double pairs = std::round(ratio * esc_pole_pairs);
+        pairs >= 1.0 && pairs <= kMostPolePairs && std::abs(ratio * esc_pole_pairs / pairs - 1.0) < 0.015)
       return out + fmt::format(": the ESC counts {} pole pairs, by the independent speed there are {:.0f}", esc_pole_pairs, pairs);
-  return out + ": pole pairs of the ESC, or marks on the rotor, are counted wrong";
+  return out + ": pole pairs of the ESC, or marks on the rotor, are counted wrong, or the sensor of the independent speed is at fault";
 }
 
 }  // namespace

@@ -129,7 +129,8 @@ void VirtualStand::show(std::size_t bus, std::size_t device, modbus::SlaveDevice
     if (a.bus != bus || a.device != device) continue;
     const modbus::Channel& c = slave.profile().channels[a.channel];
     try {
-      slave.set(c.name, shown(a.axis, state) / a.to_si);
+      const auto right = [&](StandAxis axis) { return shown(axis, state); };
+      slave.set(c.name, (config_.shows ? config_.shows(a.axis, right) : right(a.axis)) / a.to_si);
     } catch (const std::exception&) {
       // Beyond what the register holds: the device goes on showing what it last could.
     }

@@ -34,6 +34,9 @@ struct VirtualStandConfig {
   double chipped_at_s = 0.0, chipped_shake = 20.0;  // from then on (0: never) a blade lacks a piece: the mount shakes as many times as much
   std::string dies;                                 // a device that says nothing from dies_at_s on
   double dies_at_s = 0.0;
+  // What an axis shows instead, given what each axis should show; none: what it should.
+  using TrueReading = std::function<double(modbus::StandAxis)>;
+  std::function<double(modbus::StandAxis, const TrueReading&)> shows;
   std::uint64_t seed = 1;
 };
 

@@ -214,6 +214,7 @@ void take_series(StandRun& run, const log::ColumnTable& t, const StandRecord& r)
 // Points for the checks: one for each hold.
 StandRecord record_of_holds(StandRecord r, const std::vector<StandStep>& steps) {
   r.points.clear();
+  r.means = true;
   for (const StandStep& s : steps) {
     StandPoint p;
     p.t_s = s.t_s;
