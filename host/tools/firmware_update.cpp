@@ -34,6 +34,28 @@ std::string phase_name(UpdatePhase phase) {
   return "";
 }
 
+std::string remedy_of(UpdateFailure failure) {
+  switch (failure) {
+    case UpdateFailure::none:
+      return "";
+    case UpdateFailure::no_answer:
+      return "see whether it has power and an id: rotorloop esc list; without a bootloader for DroneCAN it needs a debugger";
+    case UpdateFailure::refused:
+      return "stop and disarm its motor, then run the command again";
+    case UpdateFailure::elsewhere:
+      return "end the other program that updates it, then run the command again";
+    case UpdateFailure::no_blocks:
+      return "run the command again: it goes on where it was";
+    case UpdateFailure::kept_old:
+      return "look at board, signature and security version of the image: rotorloop image info FILE; where they fit, run the command again";
+    case UpdateFailure::runs_another:
+      return "look for another program that updates it, then run the command again";
+    case UpdateFailure::not_back:
+      return "see why it waits: rotorloop esc log; then run the command again with --recover";
+  }
+  return "";
+}
+
 FirmwareUpdates::FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image, std::optional<std::uint64_t> image_crc)
     : tool_(tool), image_(std::move(image)), image_crc_(image_crc) {
   tool.on<NodeStatus>([this](const NodeStatus& status, std::uint8_t source) {
@@ -67,7 +89,11 @@ FirmwareUpdates::FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image
     const auto known = nodes_.find(client);
     if (known != nodes_.end() && known->second.phase != UpdatePhase::done && known->second.phase != UpdatePhase::failed) {
       UpdateState& s = known->second;
-      ++s.blocks;
+      if (s.blocks++ == 0) {
+        s.first_B = begin + size;
+        s.first_ns = tool_.now_ns();
+      }
+      s.elsewhere = false;
       s.read_B = std::max(s.read_B, begin + size);
       s.changed_ns = tool_.now_ns();
       // A node that knows the size from the image's header does not ask for the short block that ends a file.
@@ -79,6 +105,7 @@ FirmwareUpdates::FirmwareUpdates(ToolNode& tool, std::vector<std::uint8_t> image
 
 void FirmwareUpdates::start(std::uint8_t node) {
   nodes_[node] = {};
+  nodes_[node].changed_ns = tool_.now_ns();
   if (const auto seen = tool_.nodes().find(node); seen != tool_.nodes().end()) nodes_[node].before = seen->second.info;
   ask(node);
 }
@@ -86,30 +113,33 @@ void FirmwareUpdates::start(std::uint8_t node) {
 void FirmwareUpdates::ask(std::uint8_t node) {
   UpdateState& state = nodes_[node];
   ++state.asked;
-  state.changed_ns = tool_.now_ns();
+  state.asked_ns = tool_.now_ns();
   BeginFirmwareUpdate request;
   request.path = FilePath(kImagePath);
   tool_.request<BeginFirmwareUpdate, BeginFirmwareUpdateResponse>(
       node, request,
       [this, node](const std::optional<BeginFirmwareUpdateResponse>& r) {
         UpdateState& s = nodes_[node];
-        if (s.phase != UpdatePhase::asking || !r) return;
+        if ((s.phase != UpdatePhase::asking && !s.elsewhere) || !r) return;
         using Error = BeginFirmwareUpdateResponse::Error;
         const std::string said(r->message.items.begin(), r->message.items.begin() + r->message.count);
         if (r->error == Error::ok || r->error == Error::in_progress) {
+          if (s.phase == UpdatePhase::asking) s.changed_ns = tool_.now_ns();
           s.phase = UpdatePhase::waiting;
-          s.changed_ns = tool_.now_ns();
+          s.elsewhere = r->error == Error::in_progress;
         } else {
-          fail(s, fmt::format("refused: {}", !said.empty()                     ? said
-                                             : r->error == Error::invalid_mode ? "not in this mode; does its motor run?"
-                                                                               : "no reason given"));
+          fail(s, UpdateFailure::refused,
+               fmt::format("refused: {}", !said.empty()                     ? said
+                                          : r->error == Error::invalid_mode ? "not in this mode; does its motor run?"
+                                                                            : "no reason given"));
         }
       },
       {.attempts = 1, .timeout_ns = kAskAgain_ns});
 }
 
-void FirmwareUpdates::fail(UpdateState& s, std::string reason) {
+void FirmwareUpdates::fail(UpdateState& s, UpdateFailure failure, std::string reason) {
   s.phase = UpdatePhase::failed;
+  s.failure = failure;
   s.reason = std::move(reason);
 }
 
@@ -128,12 +158,13 @@ void FirmwareUpdates::judge(UpdateState& s, const std::optional<GetNodeInfoRespo
   s.verified = reports && image_crc_ && info->image_crc == *image_crc_;
   const std::string said = s.said.empty() ? "" : "; it said: " + s.said;
   if (s.read_B < image_.size() && !s.verified) {
-    fail(s, fmt::format("runs its old firmware again after {} of {} bytes{}", s.read_B, image_.size(), said));
+    fail(s, UpdateFailure::kept_old, fmt::format("runs its old firmware again after {} of {} bytes{}", s.read_B, image_.size(), said));
   } else if (reports && image_crc_ && !s.verified) {
-    fail(s, fmt::format("runs an image with CRC {:016x}; the one sent has {:016x}{}", info->image_crc, *image_crc_, said));
+    fail(s, UpdateFailure::runs_another,
+         fmt::format("runs an image with CRC {:016x}; the one sent has {:016x}{}", info->image_crc, *image_crc_, said));
   } else if (reports && !s.verified && !s.said.empty() && s.before && s.before->image_crc == info->image_crc) {
     // The file does not say its CRC, but the node complained and runs what it ran before.
-    fail(s, fmt::format("runs its old firmware again, CRC {:016x}; it said: {}", info->image_crc, s.said));
+    fail(s, UpdateFailure::kept_old, fmt::format("runs its old firmware again, CRC {:016x}; it said: {}", info->image_crc, s.said));
   } else {
     s.phase = UpdatePhase::done;
   }
@@ -147,9 +178,9 @@ void FirmwareUpdates::follow(std::uint8_t node, UpdateState& s) {
   const std::string said = s.said.empty() ? "" : "; it said: " + s.said;
   switch (s.phase) {
     case UpdatePhase::asking:
-      if (since_ns <= kAskAgain_ns) break;
+      if (tool_.now_ns() - s.asked_ns <= kAskAgain_ns) break;
       if (s.asked >= kMostAsked) {
-        fail(s, "does not answer BeginFirmwareUpdate");
+        fail(s, UpdateFailure::no_answer, "does not answer BeginFirmwareUpdate");
       } else {
         ask(node);
       }
@@ -158,9 +189,14 @@ void FirmwareUpdates::follow(std::uint8_t node, UpdateState& s) {
     case UpdatePhase::reading:
       if (operational && s.was_updating) {
         verify(node, s);  // it has refused the image, or runs it already
+      } else if (since_ns > kSilence_ns && s.elsewhere) {
+        fail(s, UpdateFailure::elsewhere,
+             fmt::format("is updated by another program; it asked for no block here for {} s{}", kSilence_ns / 1'000'000'000, said));
       } else if (since_ns > kSilence_ns) {
-        fail(s,
+        fail(s, UpdateFailure::no_blocks,
              fmt::format("no block was read for {} s; {} of {} bytes were{}", kSilence_ns / 1'000'000'000, s.read_B, image_.size(), said));
+      } else if (s.elsewhere && tool_.now_ns() - s.asked_ns > kAskAgain_ns) {
+        ask(node);  // a bootloader whose other server fell silent takes the question after 5 s
       }
       break;
     case UpdatePhase::restarting:
@@ -168,7 +204,7 @@ void FirmwareUpdates::follow(std::uint8_t node, UpdateState& s) {
       if (operational) {
         verify(node, s);
       } else if (since_ns > kRestart_ns) {
-        fail(s, "has read the whole image and does not report as operational" + said);
+        fail(s, UpdateFailure::not_back, "has read the whole image and does not report as operational" + said);
       }
       break;
     case UpdatePhase::verifying:

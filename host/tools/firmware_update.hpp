@@ -22,12 +22,30 @@ enum class UpdatePhase : std::uint8_t {
   failed,
 };
 
+enum class UpdateFailure : std::uint8_t {
+  none,
+  no_answer,     // to BeginFirmwareUpdate
+  refused,       // BeginFirmwareUpdate, with the node's reason
+  elsewhere,     // it fetches an image from another program
+  no_blocks,     // it stopped asking for them
+  kept_old,      // it runs what it ran before
+  runs_another,  // an image that is neither
+  not_back,      // it has read everything and does not run it
+};
+// What a person does about it.
+std::string remedy_of(UpdateFailure failure);
+
 struct UpdateState {
   UpdatePhase phase = UpdatePhase::asking;
+  UpdateFailure failure = UpdateFailure::none;
   std::uint64_t read_B = 0;     // up to here
   std::uint64_t blocks = 0;     // served, repeated ones counted again
   std::int64_t changed_ns = 0;  // of the last progress
+  std::uint64_t first_B = 0;    // up to here by the first block that it read now, at first_ns; an update that goes on begins in the middle
+  std::int64_t first_ns = 0;
+  std::int64_t asked_ns = 0;
   int asked = 0;
+  bool elsewhere = false;                                      // it said that an update is in progress, and has read no block here
   bool was_updating = false;                                   // has reported mode "software update"
   bool verified = false;                                       // runs the image that was sent, by the CRC that it reports
   std::optional<protocols::GetNodeInfoResponse> before, info;  // as it was asked to update, after its restart
@@ -55,7 +73,7 @@ class FirmwareUpdates {
   void follow(std::uint8_t node, UpdateState& s);
   void verify(std::uint8_t node, UpdateState& s);
   void judge(UpdateState& s, const std::optional<protocols::GetNodeInfoResponse>& info);
-  void fail(UpdateState& s, std::string reason);
+  void fail(UpdateState& s, UpdateFailure failure, std::string reason);
 
   ToolNode& tool_;
   std::vector<std::uint8_t> image_;

@@ -27,6 +27,11 @@ class EscDevice(BusCommand):
     def stored(self, node=21, index=0):
         return self.esc("mcast:3", node, index, "--store", self.path / "esc.flash")
 
+    def stored_in_bootloader(self):
+        esc = self.start("esc-sim", *BUS, "--node-id", "21", "--esc-index", "0", "--plant", PLANT, "--store", self.path / "esc.flash")
+        self.line_with(esc.stdout, "update: the node reads its image")
+        return esc
+
     def parameters(self, node=21):
         return {p["name"]: p for p in json.loads(self.good("get", "--node", node, "--json").stdout)[0]["parameters"]}
 
@@ -143,11 +148,64 @@ class EscDevice(BusCommand):
         self.assertEqual((info["software"], info["vcs_commit"]), ("3.4", "00c0ffee"))
         self.settles_at(4000)
 
+    def test_the_plan_is_shown_before_and_every_node_of_a_board_is_updated(self):
+        self.esc()
+        self.esc("mcast:3", 22, 1)
+        done = self.good("flash", self.image("--version", "3.4", "--security", "2"), "--all", "--board", "esc")
+        plan = done.stderr[:done.stderr.index("node 21: ")]
+        self.assertRegex(plan, r"plan: 65536 bytes for b_g431b_esc1, version 3\.4, security version 2, CRC [0-9a-f]{16}; 2 nodes, about \d+ s")
+        for node in (21, 22):
+            self.assertRegex(plan, rf"node +{node}  org\.rotorloop\.esc: 0\.1, CRC [0-9a-f]{{16}} -> 3\.4")
+            self.assertRegex(done.stderr, rf"node {node}: reading \d+ of 65536 bytes, \d+ s left")
+        self.assertEqual(self.esc_command("flash", self.image(), "--all", "--board", "other").returncode, 3)
+        self.assertEqual(self.esc_command("flash", self.image(), "--all").returncode, 2)
+        self.assertEqual(self.esc_command("flash", self.image()).returncode, 2)
+
+    def test_verify_only_tells_what_runs_and_changes_nothing(self):
+        self.esc()
+        image = self.image("--version", "3.4")
+        done = self.esc_command("flash", image, "--node", "21", "--verify-only")
+        self.assertEqual(done.returncode, 8, done.stdout + done.stderr)
+        self.assertIn("node 21: differs: 0.1", done.stdout)
+        self.good("flash", image, "--node", "21")
+        self.assertIn("node 21: same: 3.4", self.good("flash", image, "--node", "21", "--verify-only").stdout)
+
+    def test_nothing_is_updated_that_turns_or_while_somebody_commands(self):
+        self.esc()
+        self.esc("mcast:3", 22, 1)
+        spin = self.start("esc", "spin", *BUS, "--index", "0", "--rpm", "3000", "--for", "600", "--yes", "--json")
+        self.line_with(spin.stdout, '"rpm":')
+        for node, says in (("21", "node 21 turns with "), ("22", "node 22 is armed")):
+            done = self.esc_command("flash", self.image(), "--node", node, "--while-others-fly")
+            self.assertEqual(done.returncode, 4, done.stdout + done.stderr)
+            self.assertIn(says, done.stderr)
+        spin.send_signal(signal.SIGINT)
+        spin.communicate(timeout=DEADLINE_s)
+        self.good("flash", self.image("--version", "3.4"), "--node", "22")
+
+    def test_a_node_that_waits_in_its_bootloader_is_found_and_recovered(self):
+        esc = self.stored()
+        image = self.image("--version", "5.0")
+        done = self.esc_command("flash", image, "--recover")
+        self.assertEqual(done.returncode, 3, done.stdout + done.stderr)
+        self.assertIn("no node waits in its bootloader", done.stderr)
+        flash = self.start("esc", "flash", *BUS, image, "--node", "21")
+        self.line_with(flash.stderr, "reading 3")
+        for process in (flash, esc):
+            process.kill()
+            process.communicate()
+        esc = self.stored_in_bootloader()
+        done = self.good("flash", image, "--recover")
+        self.assertIn("waits in its bootloader -> 5.0", done.stderr)
+        self.assertRegex(done.stdout, r"node 21: done, runs 5\.0")
+        self.line_with(esc.stdout, "firmware 5.0")
+
     def test_firmware_for_another_board_or_damaged_is_refused_and_the_old_one_runs(self):
         self.esc()
         done = self.esc_command("flash", self.image("--board", "other"), "--node", "21")
         self.assertEqual(done.returncode, 3, done.stdout + done.stderr)
         self.assertIn("image is for another board", done.stdout)
+        self.assertIn("do:     look at board, signature and security version", done.stdout)
         image = self.image()
         image.write_bytes(image.read_bytes()[:-1] + b"\x00")
         done = self.esc_command("flash", image, "--node", "21")
@@ -161,8 +219,7 @@ class EscDevice(BusCommand):
         self.line_with(flash.stderr, "reading 3")  # some ten thousand bytes of 65536
         esc.kill()
         esc.communicate()
-        esc = self.start("esc-sim", *BUS, "--node-id", "21", "--esc-index", "0", "--plant", PLANT, "--store", self.path / "esc.flash")
-        self.line_with(esc.stdout, "update: the node reads its image")
+        esc = self.stored_in_bootloader()
         self.line_with(esc.stdout, "firmware 5.0")
         out, err = flash.communicate(timeout=DEADLINE_s)
         self.assertEqual(flash.returncode, 0, out + err)

@@ -16,38 +16,13 @@
 #include "host/tools/firmware_update.hpp"
 #include "host/tools/parameters.hpp"
 #include "host/tools/spin.hpp"
-#include "sim/world/lockstep_bus.hpp"
+#include "test/unit/host/tools/tool_pair.hpp"
 
 namespace rotorloop::tools {
 namespace {
 
 using namespace protocols;
 using ::testing::HasSubstr;
-
-constexpr std::int64_t kMs_ns = 1'000'000, kSecond_ns = 1'000'000'000, kTick_ns = 250'000;
-
-// A tool (node 126) and a node (21) on one bus; waiting of the tool moves both on.
-class Pair {
- public:
-  Pair()
-      : tool_port_(bus_, bus_.attach({.name = "tool", .tx_depth = 1024, .rx_depth = 1024}), kTick_ns,
-                   [this](std::int64_t now_ns) { tick(now_ns); }),
-        node_port_(bus_, bus_.attach({.name = "node", .tx_depth = 1024, .rx_depth = 1024}), kTick_ns, [](std::int64_t) {}),
-        tool(tool_port_),
-        node(node_port_, {.node_id = 21, .name = "org.example.esc", .unique_id = {1, 2, 3}}) {}
-
- private:
-  void tick(std::int64_t) {
-    node.poll();
-    if (on_tick) on_tick();
-  }
-  sim::VirtualBus bus_{sim::BusConfig{}};
-  sim::LockstepBus tool_port_, node_port_;
-
- public:
-  ToolNode tool, node;
-  std::function<void()> on_tick;
-};
 
 ParamGetSetResponse parameter(const std::string& name, float value, float min, float max) {
   ParamGetSetResponse r;
