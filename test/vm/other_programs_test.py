@@ -161,8 +161,8 @@ class Vcan(OnABus):
         self.assertEqual(without_times(self.ended(candump)[0]), lines)
 
 
-class Adapters(OnABus):
-    """FAR is python-can's, NEAR is ours."""
+class OnAdapters(OnABus):
+    """Two of them, FAR and NEAR, on one bus."""
 
     def setUp(self):
         self.addCleanup(lambda: wait_for("adapters pulled", lambda: not self.place("FAR") and not self.place("NEAR")))
@@ -194,12 +194,16 @@ class Adapters(OnABus):
         self.addCleanup(ip, "link", "set", interface, "down")
         return interface
 
+    def taken(self, name):
+        wait_for(f"{name} in use by libusb", lambda: next(self.place(name).glob("*:1.0/driver")).resolve().name == "usbfs")
+
+
+class Adapters(OnAdapters):
+    """FAR is python-can's, NEAR is ours."""
+
     def by_pyusb(self):
         number = {what: int((self.place("FAR") / what).read_text()) for what in ("busnum", "devnum")}
         return can.Bus(interface="gs_usb", channel=0, bus=number["busnum"], address=number["devnum"], bitrate=1_000_000)
-
-    def taken(self, name):
-        wait_for(f"{name} in use by libusb", lambda: next(self.place(name).glob("*:1.0/driver")).resolve().name == "usbfs")
 
     def test_python_can_on_the_kernels_driver_and_our_gs_usb_exchange_every_kind_of_frame(self):
         interface = self.up("FAR", "dbitrate", "4000000", "fd", "on")
