@@ -6,8 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -19,14 +17,13 @@
 #include "cli/esc/esc_session.hpp"
 #include "cli/esc/flash_image.hpp"
 #include "cli/esc/flash_text.hpp"
+#include "cli/image/image_file.hpp"
 #include "host/base/error.hpp"
 #include "host/tools/esc_table.hpp"
 #include "host/tools/update_plan.hpp"
 
 namespace rotorloop::cli {
 namespace {
-
-constexpr std::uintmax_t kLargestImage_B = 16u << 20;  // far beyond any ESC: a disk image given by mistake
 
 struct FlashArguments {
   EscOptions esc;
@@ -36,24 +33,13 @@ struct FlashArguments {
   bool all = false, recover = false, verify_only = false, while_others_fly = false;
 };
 
-std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
-  std::error_code none;
-  const auto size = std::filesystem::file_size(path, none);
-  std::ifstream file(path, std::ios::binary);
-  if (none || !file) throw Error({path.generic_string(), "cannot read the image", "", "check the path"});
-  if (size == 0 || size > kLargestImage_B)
-    throw Error({path.generic_string(), fmt::format("{} bytes are no image: 1 to {} are possible", size, kLargestImage_B), "",
-                 "give the file that the build made for the node"});
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 struct FlashImage {
   std::vector<std::uint8_t> bytes;
   tools::ImageFacts facts;
 };
 
 FlashImage loaded(const std::filesystem::path& path) {
-  FlashImage image{.bytes = read_image(path), .facts = {}};
+  FlashImage image{.bytes = read_image_bytes(path), .facts = {}};
   if (is_elf(image.bytes)) image.bytes = image_of_elf(path);
   image.facts = image_facts(image.bytes, path.generic_string());
   return image;
