@@ -21,7 +21,7 @@ constexpr float kTrackFor_s = 0.0035f;    // … and a phase-locked loop finds a
 constexpr float kTrack_rad_s = 1200.0f;   // its natural frequency; damping 1
 constexpr float kMostLowShare = 0.6f;     // of a PWM period: the rest of it empties the winding into the bus
 constexpr float kEnough_counts = 40.0f;   // a current twenty times the noise
-constexpr float kNothing_counts = 14.0f;  // below it nothing turns that could not be found with the windings shorted
+constexpr float kNothing_counts = 7.0f;   // below it nothing turns that could not be found with the windings shorted; 3.5 times the noise
 constexpr float kMostOverEnough = 2.5f;
 constexpr float kLeastTurnLock = 0.8f;                                  // mean cosine of turn against mean turn
 constexpr float kLeastTrackLock = 0.93f, kTrackLockRate_1_s = 1000.0f;  // mean cosine of the loop's error
