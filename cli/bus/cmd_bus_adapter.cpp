@@ -11,7 +11,9 @@
 #include "cli/bus/bus_commands.hpp"
 #include "host/base/error.hpp"
 #include "host/bus/bus_name.hpp"
+#include "host/bus/live/gs_usb/bit_rate_search.hpp"
 #include "host/bus/live/gs_usb/gs_usb_port.hpp"
+#include "host/bus/live/live_clock.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -22,7 +24,7 @@ using gs_usb::Request;
 struct AdapterArguments {
   std::string bus;
   std::string identify, termination;  // "on", "off", or nothing
-  bool json = false;
+  bool listen = false, json = false;
 };
 
 gs_usb::Settings settings_of(const AdapterArguments& o) {
@@ -69,6 +71,14 @@ Json describe(gs_usb::Adapter& adapter, const gs_usb::Settings& s, const gs_usb:
   return j;
 }
 
+void print_heard(const Json& rate) {
+  if (rate.is_null()) {
+    fmt::print("  {:<15} nothing heard at any rate: nobody talks, no wire, or CAN FD alone\n", "bus");
+  } else {
+    fmt::print("  {:<15} {} bit/s, by a frame that came whole\n", "bus", rate.get<unsigned>());
+  }
+}
+
 void print_timing(const char* what, const Json& t) {
   fmt::print("  {:<15} {:.0f} bit/s ({:.0f} ppm off), sampled at {:.1f} %: prescaler {}, 1 + {} + {} quanta, sjw {}\n", what,
              t["bit_rate_Hz"].get<double>(), t["error_ppm"].get<double>(), 100.0 * t["sample_point"].get<double>(),
@@ -86,6 +96,7 @@ void print(const Json& j) {
   if (j.contains("state"))
     fmt::print("  {:<15} {}, {} errors sending, {} receiving\n", "state", j["state"].get<std::string>(),
                j["transmit_errors"].get<unsigned>(), j["receive_errors"].get<unsigned>());
+  if (j.contains("bus_bit_rate_Hz")) print_heard(j["bus_bit_rate_Hz"]);
 }
 
 int run(const AdapterArguments& o) {
@@ -94,7 +105,11 @@ int run(const AdapterArguments& o) {
   const gs_usb::ChannelInfo info = adapter->channel(s);
   set(*adapter, s, info.has(gs_usb::kIdentify), Request::identify, o.identify, "lamp");
   set(*adapter, s, info.has(gs_usb::kTermination), Request::set_termination, o.termination, "terminating resistor");
-  const Json j = describe(*adapter, s, info);
+  Json j = describe(*adapter, s, info);
+  if (o.listen) {
+    const auto heard_Hz = gs_usb::search_bit_rate(s, *adapter, live_now_ns);
+    j["bus_bit_rate_Hz"] = heard_Hz ? Json(*heard_Hz) : Json();
+  }
   if (o.json) {
     fmt::print("{}\n", j.dump(2));
   } else {
@@ -112,6 +127,9 @@ void add_bus_adapter(CLI::App& group, int& exit_code) {
   c->add_option("--identify", o->identify, "on: the adapter blinks, to be told from others; off")->check(CLI::IsMember({"on", "off"}));
   c->add_option("--termination", o->termination, "on, off: the resistor of 120 ohm, where the adapter can switch it")
       ->check(CLI::IsMember({"on", "off"}));
+  c->add_flag(
+      "--listen", o->listen,
+      "which bit rate the bus has: only receives, disturbs nobody, tries the rate of the name, then 1000000, 500000, 250000, 125000");
   c->add_flag("--json", o->json, "one JSON document instead of text");
   c->footer("Example:\n  rotorloop bus adapter gsusb:@1000000,4000000   # the only one there is, with its bit timing for these rates");
   c->callback([o, &exit_code] { exit_code = run(*o); });

@@ -70,7 +70,8 @@ class GsUsbPort final : public TimedBus, private ChannelListener {
   TransmitQueue queue_;
   InFlight in_flight_;
   std::deque<StampedBusFrame> received_;
-  ErrorState errors_{"it is started again after a second"};
+  ErrorState errors_{"it is started again after a second; \"rotorloop bus adapter " + settings_.name() +
+                     " --listen\" tells the bus's bit rate"};
   std::deque<std::string> notices_;
   StampWrap stamps_;
   StampClock adapter_clock_;
