@@ -13,9 +13,10 @@ inline constexpr double kBlankCell = std::numeric_limits<double>::quiet_NaN();
 struct CsvLines {
   std::string_view rest;
   std::size_t number = 0;
-  bool ended = false;  // the line had its line feed
+  bool ended = false;          // the line had its line feed
+  bool with_comments = false;  // they come too
 
-  // Next line that is neither blank nor a comment.
+  // Next line that is not blank and, unless wanted, no comment.
   std::optional<std::string_view> next() {
     while (!rest.empty()) {
       const auto end = rest.find('\n');
@@ -24,7 +25,7 @@ struct CsvLines {
       rest.remove_prefix(ended ? end + 1 : rest.size());
       ++number;
       if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-      if (!line.empty() && line.front() != '#') return line;
+      if (!line.empty() && (with_comments || line.front() != '#')) return line;
     }
     return std::nullopt;
   }

@@ -36,8 +36,15 @@ constexpr Range kAnything{-1e12, 1e12, "1"};
 MappedTime read_time(const TomlTable& t, const MappedTime& fallback) {
   MappedTime time;
   time.column = fallback.column.empty() ? t.text("column") : t.text("column", fallback.column);
-  const std::string unit = t.choice("unit", {"s", "ms", "us", "ns"});
-  time.s_per_unit = find_log_unit(unit)->factor;
+  time.nanoseconds = t.text("nanoseconds", "");
+  if (t.has("rate_Hz")) {  // the column counts frames
+    if (t.has("unit"))
+      t.fail("rate_Hz", "rate_Hz and unit both say what a step of the column is", "",
+             "give rate_Hz where the column counts frames, unit where it holds a time");
+    time.s_per_unit = 1.0 / t.number("rate_Hz", {0.1, 1e6, "Hz"});
+  } else {
+    time.s_per_unit = find_log_unit(t.choice("unit", {"s", "ms", "us", "ns"}))->factor;
+  }
   time.where = t.where();
   return time;
 }
@@ -145,7 +152,8 @@ MappedStream read_stream(const TomlTable& t, const TomlTable& root, const std::v
       "quantity", {"pose", "position", "attitude", "velocity", "gyro", "accel", "rotor_speed", "motor_command", "battery", "extra"});
   for (const auto& q : kQuantities)
     if (q.name == word) s.quantity = q.quantity;
-  if (s.quantity == LogQuantity::attitude && t.has("euler")) s.euler = t.choice("euler", {"zyx", "zxy", "yzx", "yxz", "xyz", "xzy"});
+  if (s.quantity == LogQuantity::attitude && t.has("euler"))
+    s.euler = t.choice("euler", {"zyx", "zxy", "yzx", "yxz", "xyz", "xzy", "vector"});
   const QuantityTraits& q = s.euler.empty() ? traits(s.quantity) : kAngles;
   if (s.quantity == LogQuantity::extra) {
     s.extra_name = t.text("name");
@@ -213,11 +221,11 @@ void read_sources(const TomlTable& root, LogMapping& m) {
     } else if (m.kind == LogKind::dataflash) {
       s.topic = t.text("message");
       s.multi_id = static_cast<int>(t.integer("instance", 0, 255, 0));
-      s.time = {t.text("time_column", "TimeUS"), 1e-6, t.where()};
+      s.time = {t.text("time_column", "TimeUS"), "", 1e-6, t.where()};
     } else {
       s.topic = t.text("topic");
       s.multi_id = static_cast<int>(t.integer("multi_id", 0, 255, 0));
-      s.time = {t.text("time_column", "timestamp"), 1e-6, t.where()};  // ULog's stamps are in µs
+      s.time = {t.text("time_column", "timestamp"), "", 1e-6, t.where()};  // ULog's stamps are in µs
     }
     m.sources.push_back(std::move(s));
   }

@@ -20,6 +20,7 @@ std::string_view name(LogQuantity quantity);
 
 struct MappedTime {
   std::string column;
+  std::string nanoseconds;  // a second column that is added ("nsecs" of ROS beside "secs"); empty without one
   double s_per_unit = 1.0;
   std::string where;  // "file:line" in the mapping, for messages
 };
@@ -60,8 +61,8 @@ struct MappedStream {
   double zero = 0.0;                    // motor commands: the value that stands for 0 …
   double full_scale = 1.0;              // … and for 1
   std::vector<std::string> quaternion;  // w x y z; empty when not given
-  std::string euler;                    // "zyx": intrinsic order of the turns about the axes, by the angles in `columns`; else empty
-  bool world_to_body = false;           // what the attitude turns
+  std::string euler;           // "zyx": intrinsic order of the turns about the axes, by the angles in `columns`; "vector"; else empty
+  bool world_to_body = false;  // what the attitude turns
   LogAxes world = LogAxes::z_up, body = LogAxes::z_up;
   bool in_world_axes = false;    // the vector's axes; else the body's
   bool gravity_removed = false;  // accel is acceleration, not specific force

@@ -76,6 +76,9 @@ std::optional<ErrorText> missing(const LogMapping& m, const MappedStream& s, con
   if (!table->has(source.time.column))
     return ErrorText{source.time.where, fmt::format("no column {} (time) in {}", source.time.column, table->label),
                      "a log of another kind than the mapping's", fmt::format("it has: {}", name_list(table->names))};
+  if (!source.time.nanoseconds.empty() && !table->has(source.time.nanoseconds))
+    return ErrorText{source.time.where, fmt::format("no column {} (nanoseconds of the time) in {}", source.time.nanoseconds, table->label),
+                     "a log of another kind than the mapping's", fmt::format("it has: {}", name_list(table->names))};
   for (const auto& c : columns_of(s))
     if (!table->has(c))
       return ErrorText{s.where, fmt::format("no column {} ({}) in {}", c, s.label(), table->label),
@@ -139,6 +142,11 @@ Eigen::Vector3d in_ours(LogAxes axes, const Eigen::Vector3d& v) {
 
 // Turns about the body's own axes, one after the other in the order given: "zyx" is yaw, then pitch, then roll.
 Eigen::Quaterniond from_angles(const MappedStream& s, const Reading& raw) {
+  if (s.euler == "vector") {
+    const Eigen::Vector3d v(s.to_si[0] * raw[0], s.to_si[1] * raw[1], s.to_si[2] * raw[2]);
+    const double angle = v.norm();
+    return angle > 0.0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, v / angle)) : Eigen::Quaterniond::Identity();
+  }
   Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
   for (const char axis : s.euler) {
     const auto k = static_cast<std::size_t>(axis - 'x');
@@ -282,14 +290,19 @@ Sources sources_of(const LogMapping& m, const TableReader& read_table, std::vect
   Sources tables(m.sources.size());
   for (std::size_t i = 0; i < m.sources.size(); ++i) {
     if (wanted[i].empty()) continue;  // no stream is taken from it
-    wanted[i].insert(m.sources[i].time.column);
+    const MappedTime& clock = m.sources[i].time;
+    wanted[i].insert(clock.column);
+    if (!clock.nanoseconds.empty()) wanted[i].insert(clock.nanoseconds);
     tables[i] = read_table(m.sources[i], wanted[i]);
     if (!tables[i]) continue;
-    if (tables[i]->rows == 0 && tables[i]->has(m.sources[i].time.column))
+    if (tables[i]->rows == 0 && tables[i]->has(clock.column))
       throw Error({tables[i]->label, fmt::format("has names of {} columns and no row of numbers", tables[i]->names.size()),
                    "the logger was stopped before it wrote, or the file was cut behind its first row", "log again; the mapping fits"},
                   ExitCode::data_quality);
     for (const auto& note : tables[i]->notes) findings.push_back({"log", note, 0.0, 0.0, FindingAction::note});
+    if (!clock.nanoseconds.empty() && tables[i]->has(clock.column) && tables[i]->has(clock.nanoseconds))
+      for (std::size_t row = 0; row < tables[i]->rows; ++row)
+        tables[i]->columns[clock.column][row] += 1e-9 / clock.s_per_unit * tables[i]->columns[clock.nanoseconds][row];
   }
   unwrap_clocks(m, tables, findings);
   return tables;

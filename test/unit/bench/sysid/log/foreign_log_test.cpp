@@ -1,5 +1,6 @@
 // Flight logs of other programs as they are: rows above the names, names on two rows, units below them, UTF-16, decimal commas, attitude
 // and position of two tables, Euler angles, clocks that wrap. The cases of the data folder are skipped without ROTORLOOP_DATA.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@
 #include <numbers>
 
 #include "bench/sysid/log/foreign_csv.hpp"
+#include "host/base/error.hpp"
 #include "test/unit/bench/sysid/log/log_files.hpp"
 
 namespace rotorloop::log {
@@ -35,6 +37,19 @@ TEST(ForeignCsv, NamesOnTwoRowsAreJoinedWhereTheLowerOnesRepeatAndUnitsBelowAreP
   EXPECT_EQ(head.below.number, 5u);
   const CsvHead motive = find_csv_head(",,Rotation,Rotation,Position,Position,Error\nFrame,Time,X,Y,X,Y,\n0,0.1,1,2,3,4,5\n", ',', {}, "x");
   EXPECT_THAT(motive.names, ElementsAre("Frame", "Time", "Rotation X", "Rotation Y", "Position X", "Position Y", "Error"));
+}
+
+// EuRoC's data sets, and many programs for plots, have the row of names as a comment.
+TEST(ForeignCsv, NamesBehindAHashAreFoundByTheMappingOrByTheirWidth) {
+  test::TempFolder folder;
+  const std::string log = "# a rig, 2016\n#t,u [V], v\n0,12,1\n0.1,12.5,1\n";
+  const auto r = read_csv(folder, log, csv_mapping(stream("battery", "[\"u [V]\"]", "V")));
+  EXPECT_THAT(r.flight.battery_V.value, ElementsAre(12.0, 12.5));
+  EXPECT_TRUE(r.noted("behind \"#\" in line 2"));
+  EXPECT_THAT(find_csv_head(log, ',', {}, "x").names, ElementsAre("t", "u [V]", "v"));
+  const CsvHead plain = find_csv_head("# t,u,v\nt,u,v\n0,1,2\n", ',', {"t", "u"}, "x");
+  EXPECT_EQ(plain.below.number, 2u) << "a row of names goes before a comment that repeats it";
+  EXPECT_TRUE(plain.notes.empty());
 }
 
 TEST(ForeignCsv, QuotedCellsMayHoldTheSeparatorAndACommaOfThousandsIsNoDecimalComma) {
@@ -73,6 +88,17 @@ TEST(AttitudeStream, EulerAnglesTurnYawThenPitchThenRollFromNedAndFrd) {
   const Eigen::Vector3d up = q[1] * Eigen::Vector3d::UnitZ();
   EXPECT_NEAR(up.y(), -std::sin(30.0 * kDeg), 1e-12) << "rolled to the right";
   EXPECT_NEAR((q[2] * Eigen::Vector3d::UnitX()).z(), std::sin(20.0 * kDeg), 1e-12) << "nose up";
+}
+
+// Vicon's "helical" angles: one turn about the vector, by its length.
+TEST(AttitudeStream, ARotationVectorTurnsAboutItself) {
+  test::TempFolder folder;
+  const auto r = read_csv(folder, "t,r,p,y\n0,0,0,0\n1,60,0,80\n",
+                          csv_mapping(stream("attitude", "[\"r\", \"p\", \"y\"]", "deg", "euler = \"vector\"")));
+  ASSERT_EQ(r.flight.attitude_WS.size(), 2u);
+  EXPECT_EQ(r.flight.attitude_WS.value[0].w(), 1.0);
+  EXPECT_NEAR(r.flight.attitude_WS.value[1].w(), std::cos(50.0 * kDeg), 1e-12);
+  EXPECT_NEAR(r.flight.attitude_WS.value[1].z(), 0.8 * std::sin(50.0 * kDeg), 1e-12);
 }
 
 TEST(AttitudeStream, SignAndScaleOfAQuaternionsColumnsApply) {
@@ -125,7 +151,68 @@ TEST(Clock, Of32BitsThatStartsAnewIsReadOnInAllTablesAndNoted) {
   ASSERT_EQ(t.size(), 4u);
   for (std::size_t i = 1; i < 4; ++i) EXPECT_NEAR(t[i] - t[i - 1], 0.005, 1e-9);
   EXPECT_NEAR(r.flight.extra.at("cell[V]").t_s[0] - t[2], 0.002296, 1e-9) << "a table that begins behind the wrap of the other";
-  EXPECT_TRUE(r.noted("of 32 bits starts anew 1 time"));
+  EXPECT_TRUE(r.noted("microseconds of 32 bits, starts anew 1 time"));
+}
+
+// One clock in four writings, each 20 samples of 5 ms with the end of the counter among them.
+TEST(Clock, AWrapIsReadOnInSecondsSignedCountersAndShortOnesToo) {
+  struct Case {
+    const char* unit;
+    double end, begin, per_s;  // the counter's, in ticks of the file
+  };
+  for (const Case& c : {Case{"s", 4294.967296, 0.0, 1.0}, Case{"us", 2147483648.0, -2147483648.0, 1e6}, Case{"ms", 65536.0, 0.0, 1e3},
+                        Case{"ns", 4294967296.0, 0.0, 1e9}}) {
+    test::TempFolder folder;
+    std::string rows = "t,u\n";
+    for (int i = 0; i < 20; ++i) {
+      const double t = c.end + c.per_s * 0.005 * (i - 10.2);
+      rows += fmt::format("{:.6f},12\n", t < c.end ? t : t - c.end + c.begin);
+    }
+    std::string mapping = csv_mapping(stream("battery", "[\"u\"]", "V"));
+    mapping.replace(mapping.find("unit = \"s\""), 10, fmt::format("unit = \"{}\"", c.unit));
+    const auto r = read_csv(folder, rows, mapping);
+    const auto& t = r.flight.battery_V.t_s;
+    ASSERT_EQ(t.size(), 20u);
+    for (std::size_t i = 1; i < 20; ++i) EXPECT_NEAR(t[i] - t[i - 1], 0.005, 3e-6) << c.unit << " " << i;
+    EXPECT_TRUE(r.noted("starts anew 1 time")) << c.unit;
+  }
+}
+
+TEST(Clock, OneThatIsSetBackByAnythingElseStaysAsLogged) {
+  test::TempFolder folder;
+  const auto r =
+      read_csv(folder, "t,u\n60.00,12\n60.01,12\n60.02,12\n0.01,12\n0.02,12\n0.03,12\n", csv_mapping(stream("battery", "[\"u\"]", "V")));
+  EXPECT_EQ(r.flight.battery_V.t_s[3], 0.01);
+  EXPECT_FALSE(r.noted("starts anew"));
+}
+
+// rosbag's exports have header.stamp.secs and header.stamp.nsecs beside each other.
+TEST(Clock, SecondsAndNanosecondsOfTwoColumnsAreOneTime) {
+  test::TempFolder folder;
+  std::string mapping = csv_mapping(stream("battery", "[\"u\"]", "V"));
+  mapping.replace(mapping.find("unit = \"s\""), 10, "unit = \"s\"\nnanoseconds = \"nsecs\"");
+  const auto r = read_csv(folder, "t,nsecs,u\n1700000000,990000000,12\n1700000001,0,12\n1700000001,10000000,12\n", mapping);
+  ASSERT_EQ(r.flight.battery_V.size(), 3u);
+  EXPECT_NEAR(r.flight.battery_V.t_s[0], 1700000000.99, 1e-6);
+  EXPECT_NEAR(r.flight.battery_V.t_s[2] - r.flight.battery_V.t_s[1], 0.01, 1e-6);
+}
+
+// Vicon's exports count frames, and their rate stands in the second row.
+TEST(Clock, FramesOfAGivenRateAreATime) {
+  test::TempFolder folder;
+  std::string mapping = csv_mapping(stream("position", "[\"TX\", \"TY\", \"TZ\"]", "mm") +
+                                    stream("attitude", "[\"RX\", \"RY\", \"RZ\"]", "rad", "euler = \"xyz\""));
+  mapping.replace(mapping.find("column = \"t\"\nunit = \"s\""), 23, "column = \"Frame\"\nrate_Hz = 200");
+  const auto r = read_csv(folder,
+                          "Segments\n200\n,,quad:quad,,,,,\nFrame,Sub Frame,RX,RY,RZ,TX,TY,TZ\n,,rad,rad,rad,mm,mm,mm\n"
+                          "1,0,0.1,0,0,1000,0,500\n2,0,0.1,0,0,1000,0,500\n3,0,0.1,0,0,1000,0,500\n",
+                          mapping);
+  ASSERT_EQ(r.flight.pose.size(), 3u);
+  EXPECT_NEAR(r.flight.pose.t_s[2] - r.flight.pose.t_s[0], 0.01, 1e-12);
+  EXPECT_NEAR(2.0 * std::asin(r.flight.pose.value[0].q_WS.x()), 0.1, 1e-9);
+  EXPECT_NEAR(r.flight.pose.value[0].p_W_m.x(), 1.0, 1e-12);
+  mapping.replace(mapping.find("rate_Hz = 200"), 13, "rate_Hz = 200\nunit = \"s\"");
+  EXPECT_THROW((void)parse_log_mapping(mapping, "m.toml"), Error) << "two answers to one question";
 }
 
 class FieldLogs : public ::testing::Test {
