@@ -21,6 +21,8 @@
 
 namespace rotorloop::boot_chip {
 
+inline std::string boot_elf, application_elf;  // as the command line names them
+
 using namespace mcu;
 using namespace mcu::g431;
 
@@ -73,31 +75,37 @@ inline std::vector<std::uint16_t> lives() { return {0xF243, 0x0000, 0xF2C4, 0x00
 inline std::vector<std::uint16_t> hangs() { return {0xE7FE}; }
 inline std::vector<std::uint16_t> crashes() { return {0xDE00}; }  // udf: a fault before there is a handler
 
+inline void load_program(Chip& chip, const std::string& elf) {
+  for (const ElfSection& s : read_elf(elf).sections)
+    if (!s.bytes.empty())
+      std::copy(s.bytes.begin(), s.bytes.end(), chip.memory(s.load_address, static_cast<std::uint32_t>(s.bytes.size())));
+}
+inline void store_node_id(Chip& chip, std::uint8_t id) {
+  firmware::Parameters p;
+  p.node_id = id;
+  ProgrammedFlash pages(chip, kParameterPage);
+  firmware::ParameterStore(pages).save(p);
+}
+// As an application leaves it that was asked to update by the tool.
+inline void write_job(Chip& chip) {
+  ProgrammedFlash pages(chip, 0);
+  firmware::UpdateRecord(pages, kRecordPage).begin({.server = 126, .own_id = kNode, .path = "fw"});
+}
+
 class BootChip : public TimedBus {
  public:
-  explicit BootChip(const std::string& boot_elf, std::vector<sim::BusFault> faults = {}, std::uint64_t seed = 1)
+  explicit BootChip(const std::string& program, std::vector<sim::BusFault> faults = {}, std::uint64_t seed = 1)
       : bus({.seed = seed, .faults = std::move(faults)}),
         medium_(bus, chip.blocks().fdcan, true),
         board(read_board(TomlFile::read(ROTORLOOP_SOURCE_DIR "/vehicles/boards/b_g431b_esc1.toml")), {}, chip, 1),
         port_(&bus.attach({.name = "tool"})) {
-    load(boot_elf);
-    firmware::Parameters p;
-    p.node_id = kNode;
-    ProgrammedFlash pages(chip, kParameterPage);
-    firmware::ParameterStore(pages).save(p);
+    load_program(chip, program);
+    store_node_id(chip, kNode);
     board.press(false);
     board.drive().set_bus_V(14.8);
   }
-  void load(const std::string& path) {
-    for (const ElfSection& s : read_elf(path).sections)
-      if (!s.bytes.empty())
-        std::copy(s.bytes.begin(), s.bytes.end(), chip.memory(s.load_address, static_cast<std::uint32_t>(s.bytes.size())));
-  }
   void install(const std::vector<std::uint8_t>& image) { std::copy(image.begin(), image.end(), chip.memory(kArea, 1)); }
-  void write_job() {
-    ProgrammedFlash pages(chip, 0);
-    firmware::UpdateRecord(pages, kRecordPage).begin({.server = 126, .own_id = kNode, .path = "fw"});
-  }
+  void write_job() { boot_chip::write_job(chip); }
   bool holds(const std::vector<std::uint8_t>& image) { return std::equal(image.begin(), image.end(), chip.memory(kArea, 1)); }
   bool in_application() { return chip.core().state.r[kPc] >= kArea && chip.core().state.r[kPc] < kArea + 48 * kPage; }
 

@@ -5,9 +5,9 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 
 #include "firmware/boot/bootloader.hpp"
+#include "test/target/boot_programs.hpp"
 
 namespace rotorloop::boot_chip {
 namespace {
@@ -15,7 +15,6 @@ namespace {
 using firmware::BootReason;
 using tools::UpdatePhase;
 constexpr std::int64_t kMs = 1'000'000, kSecond = 1000 * kMs;
-std::string boot_elf, application_elf;
 
 class Bench {
  public:
@@ -38,15 +37,6 @@ class Bench {
   tools::ToolNode tool;
   std::vector<std::string> said;
 };
-
-std::vector<std::uint8_t> application_image() {
-  std::ifstream in(std::filesystem::path(application_elf).replace_extension(".rlf"), std::ios::binary);
-  return test_signed({std::istreambuf_iterator<char>(in), {}});
-}
-std::optional<std::uint64_t> crc_of(const std::vector<std::uint8_t>& image) {
-  firmware::ImageHeader h;
-  return firmware::parse_image(image, h) == firmware::ImageFault::none ? std::optional(h.crc) : std::nullopt;
-}
 
 TEST(BootOnChip, ProgramOfThisRepositoryIsOnTheBusWithin800msOfPowerUp) {
   Bench c;
@@ -232,7 +222,7 @@ int main(int argc, char** argv) {
   rotorloop::boot_chip::boot_elf = argv[1];
   rotorloop::boot_chip::application_elf = argv[2];
   if (!std::filesystem::exists(argv[1]) || !std::filesystem::exists(argv[2])) {
-    std::printf("skipped: 6 tests; the programs were not built\n");
+    std::printf("skipped: 10 tests; the programs were not built\n");
     return 77;
   }
   return RUN_ALL_TESTS();
