@@ -19,6 +19,7 @@
 #include "host/base/error.hpp"
 #include "host/base/nearest.hpp"
 #include "host/base/text_file.hpp"
+#include "host/base/toml_file.hpp"
 
 namespace rotorloop::cli {
 namespace {
@@ -31,6 +32,7 @@ struct HilArguments {
   std::filesystem::path junit;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   bool json = false, quiet = false, force = false, dry_run = false, no_logs = false;
+  PropsOff props;
 };
 
 void choose_flights(hil::Scenario& s, const std::string& list) {
@@ -278,6 +280,20 @@ std::vector<std::string> words_of(const HilArguments& o) {
   return w;
 }
 
+// A file with the key `scenario` names one, and who flies it on which bus.
+bool is_bench(const HilArguments& o) {
+  return std::any_of(o.scenarios.begin(), o.scenarios.end(), [](const auto& path) { return TomlFile::read(path).root().has("scenario"); });
+}
+
+int bench(const HilArguments& o, const HilBench& run) {
+  if (o.scenarios.size() > 1)
+    throw Error({"rotorloop hil", "a bench file beside other files", "its processes have the buses to themselves", "give it alone"});
+  if (const auto words = words_of(o); o.json || o.dry_run || !o.junit.empty() || words.size() > (o.name.empty() ? 1u : 3u))
+    throw Error({o.scenarios.front(), "is a bench file: of the options only --out, --name, --force, --props-off and --max-rpm apply to it",
+                 "", "write flight, variant, seed and pace into the file"});
+  return run({.path = o.scenarios.front(), .out = o.out, .name = o.name, .force = o.force, .props = o.props});
+}
+
 void add_pace_options(CLI::App& c, HilArguments& o) {
   c.add_option(
       "--pace", o.pace,
@@ -290,10 +306,10 @@ void add_pace_options(CLI::App& c, HilArguments& o) {
 
 }  // namespace
 
-void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
+void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check, HilBench run_bench) {
   auto* c = app.add_subcommand("hil", "fly scenarios in simulation, with controller and ESC firmware in the loop, and judge the flights");
   auto o = std::make_shared<HilArguments>();
-  c->add_option("SCENARIO", o->scenarios, "scenario files (docs/files.md)");
+  c->add_option("SCENARIO", o->scenarios, "scenario files, or one bench file (docs/files.md)");
   c->add_option("--out", o->out, "folder in which run folders are created")->capture_default_str();
   c->add_option("--name", o->name, "name of the run folder; default: made from the scenario's name");
   c->add_option("--seeds", o->seeds, "seeds in place of the scenario's: a count N (seeds 1 to N) or a list (1,4,7..9)");
@@ -310,6 +326,7 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
       ->check(CLI::Range(hil::kLeastTimeout_s, hil::kMostTimeout_s))
       ->capture_default_str();
   add_pace_options(*c, *o);
+  if (run_bench) add_props_off(*c, o->props);
   c->add_option("-j,--jobs", o->jobs, "flights that run in parallel; the results do not depend on it")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
@@ -337,14 +354,14 @@ void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check) {
   add_hil_compare(*c, exit_code);
   add_hil_report(*c, exit_code);
   c->require_subcommand(0, 1);
-  c->callback([c, o, run = std::move(run), check = std::move(check), &exit_code] {
+  c->callback([c, o, run = std::move(run), check = std::move(check), run_bench = std::move(run_bench), &exit_code] {
     if (!c->get_subcommands().empty()) {
       if (!o->scenarios.empty())
         throw Error({"rotorloop hil", fmt::format("\"{}\" before a subcommand", o->scenarios.front()), "",
                      "give scenarios or a subcommand, not both"});
       return;
     }
-    exit_code = hil(*o, typed(words_of(*o)), run, check);
+    exit_code = run_bench && is_bench(*o) ? bench(*o, run_bench) : hil(*o, typed(words_of(*o)), run, check);
   });
 }
 

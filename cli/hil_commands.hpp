@@ -4,6 +4,7 @@
 #include <string>
 
 #include "bench/hil/flight/runner.hpp"
+#include "cli/processes/props_off.hpp"
 
 namespace CLI {
 class App;
@@ -16,8 +17,17 @@ using RunHil = std::function<hil::HilResult(const hil::Scenario&, const hil::Run
 // Reads and checks every file that a scenario names; throws Error. Returns lines about the vehicle for --dry-run.
 using CheckInputs = std::function<std::string(const hil::Scenario&)>;
 
-// hil SCENARIO…, hil compare, hil report. `exit_code` is set by the callbacks; errors are thrown as Error.
-void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check = {});
+// A bench file in place of a scenario: what of the options applies to it.
+struct BenchRequest {
+  std::string path, out, name;
+  bool force = false;
+  PropsOff props;
+};
+using HilBench = std::function<int(const BenchRequest&)>;
+int hil_bench(const BenchRequest& request);  // returns the exit code
+
+// hil SCENARIO…, hil BENCH, hil compare, hil report. `exit_code` is set by the callbacks; errors are thrown as Error.
+void add_hil(CLI::App& app, int& exit_code, RunHil run, CheckInputs check = {}, HilBench bench = {});
 
 // Each adds itself below `hil`.
 void add_hil_compare(CLI::App& hil, int& exit_code);

@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(rotorloop::cli::exit_codes_text());
   int exit_code = 0;
-  rotorloop::cli::add_hil(app, exit_code, rotorloop::hil::run_hil, rotorloop::hil::checked_vehicle_text);
+  rotorloop::cli::add_hil(app, exit_code, rotorloop::hil::run_hil, rotorloop::hil::checked_vehicle_text, rotorloop::cli::hil_bench);
   rotorloop::cli::add_airframe(app, exit_code);
   rotorloop::cli::add_fly(app, exit_code);
   rotorloop::cli::add_calibrate(app, exit_code);

@@ -144,7 +144,7 @@ class LockstepEsc {
   // No order comes any more: the ESC's time-outs stop its motor.
   void run_down(live::EscProcess& esc) {
     constexpr std::int64_t kSlice_ns = 10'000'000, kRunDown_ns = 1'500'000'000;  // longer than the longest time-out of an order
-    for (std::int64_t t_ns = 0; t_ns < kRunDown_ns; t_ns += kSlice_ns) {
+    for (std::int64_t t_ns = 0; esc.bridge_on() && t_ns < kRunDown_ns; t_ns += kSlice_ns) {
       clock_.run_on(kSlice_ns);
       esc.advance();
     }

@@ -29,7 +29,7 @@ int airframe(const FlightOptions& o) {
   fmt::print(
       stderr,
       "airframe: its rotors turn as the ESCs report and load no motor: a real motor without its propeller accelerates faster, and the "
-      "thrust of a real propeller is not felt");
+      "thrust of a real propeller is not felt\n");
   const int signal_code = run_flight(process, f);
   const hil::TrackingFigures t = process.tracking();
   fmt::print("flown:    {:.3f} s of {}/{}\n", process.flown_s(), f.scenario.name, f.scenario.flights[f.request.flight].name);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 #include "bench/hil/flight/scenario.hpp"
 #include "cli/ending/outputs.hpp"
@@ -36,8 +37,7 @@ void check_scenario(const hil::Scenario& s) {
   };
   if (!s.faults.empty()) refuse("has faults, which strike virtual buses and simulated ESCs alone");
   if (s.ablation.bus == hil::BusModel::direct || s.ablation.esc_lag_s > 0.0) refuse("takes buses or ESCs away ([ablation])");
-  if (s.esc.fast_channel_Hz != 1000 && s.esc.fast_channel_Hz != 0) return;
-  if (s.esc.fast_channel_Hz == 0) refuse("has no fast channel, whose answers are the rotor speeds of the airframe");
+  if (s.esc.fast_channel_Hz != 1000) refuse("has no fast channel of 1000 Hz, whose answers are the rotor speeds of the airframe");
 }
 
 std::unique_ptr<TimedBus> open(const FlightOptions& o, const std::string& bus, const char* option, const std::filesystem::path& record) {
@@ -74,6 +74,11 @@ void add_flight_options(CLI::App& c, FlightOptions& o) {
   c.add_option("--silence", o.silence_s, "silence of another process that ends the flight, s")
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
+  c.add_option("--esc-nodes", o.esc_nodes, "node ids of the ESCs with esc_index 0 to 3, separated by commas")
+      ->delimiter(',')
+      ->expected(4)
+      ->check(CLI::Range(1, 125))
+      ->capture_default_str();
   c.add_option("--record-esc", o.record_esc, "record the ESC bus to this file: .pcap for Wireshark, otherwise text of candump -L");
   c.add_option("--record-state", o.record_state, "the same for the state bus");
   add_force(c, o.force);
@@ -85,7 +90,14 @@ OpenedFlight open_flight(const FlightOptions& o) {
                  "give each a bus of its own, for example --esc-bus mcast:0 --state-bus mcast:1"});
   check_outputs({{"--record-esc", o.record_esc}, {"--record-state", o.record_state}}, o.force);
   OpenedFlight f;
-  f.pace = {.pace = pace_of(o.pace), .wait_ns = ns(o.wait_s), .silence_ns = ns(o.silence_s), .catch_up_ns = ns(1e-3 * o.catch_up_ms)};
+  f.pace.pace = pace_of(o.pace);
+  f.pace.wait_ns = ns(o.wait_s);
+  f.pace.silence_ns = ns(o.silence_s);
+  f.pace.catch_up_ns = ns(1e-3 * o.catch_up_ms);
+  std::transform(o.esc_nodes.begin(), o.esc_nodes.end(), f.pace.esc_nodes.begin(), [](int id) { return static_cast<std::uint8_t>(id); });
+  if (std::set<int>(o.esc_nodes.begin(), o.esc_nodes.end()).size() != f.pace.esc_nodes.size())
+    throw Error(
+        {"--esc-nodes", fmt::format("{}: a node id stands here twice", fmt::join(o.esc_nodes, ",")), "", "give each ESC an id of its own"});
   f.scenario = hil::read_scenario(o.scenario);
   check_scenario(f.scenario);
   f.request.flight = flight_index(f.scenario, o.flight);

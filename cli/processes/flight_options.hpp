@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bench/hil/flight/flight.hpp"
 #include "bench/hil/processes/process_end.hpp"
@@ -21,6 +22,7 @@ struct FlightOptions {
   std::string scenario, flight, variant, esc_bus, state_bus, pace = "realtime";
   std::uint64_t seed = 0;  // 0: the scenario's first
   double wait_s = 30.0, silence_s = 2.0, catch_up_ms = 1e-6 * static_cast<double>(Deadlines::kCatchUp_ns);
+  std::vector<int> esc_nodes{21, 22, 23, 24};
   std::filesystem::path record_esc, record_state;
   bool force = false;
 };

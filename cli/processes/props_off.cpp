@@ -23,7 +23,7 @@ void add_props_off(CLI::App& c, PropsOff& o) {
 
 bool may_have_motors(const std::string& bus) {
   const BusName name = parse_bus_name(bus, "--esc-bus");
-  if (name.backend == BusBackend::multicast) return false;
+  if (name.backend == BusBackend::multicast || name.backend == BusBackend::virtual_bus) return false;
   return name.backend != BusBackend::socketcan || !(name.rest.starts_with("vcan") || name.rest.starts_with("vxcan"));
 }
 

@@ -61,7 +61,8 @@ class EscProcess {
   bool operational() const;  // and no update runs
   bool updating() const { return updater_ != nullptr; }
   const sim::SimulatedBoard<BoardPages>& board() const { return esc_->board(); }
-  std::uint8_t node_id() const;  // 0: not yet allocated
+  bool bridge_on() const { return bridge_; }  // it switches: the motor is driven
+  std::uint8_t node_id() const;               // 0: not yet allocated
   int esc_index() const;
   bool parameters_stored() const { return stored_; }             // those in force came from the store
   const firmware::ImageHeader& image() const { return image_; }  // that was started last

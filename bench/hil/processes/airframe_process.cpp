@@ -102,9 +102,8 @@ void AirframeProcess::judge(const state::TrackingSetpoint& s) {
 }
 
 void AirframeProcess::look_for_others() {
-  const auto& ids = config_.computer.escs.esc_node_ids;
   std::set<int> missing;
-  for (const std::uint8_t id : ids)
+  for (const std::uint8_t id : pace_.esc_nodes)
     if (!nodes_.contains(id)) missing.insert(id);
   if (missing.empty() && controller_heard_) {
     begun_ = true;

@@ -24,6 +24,7 @@ FlyProcess::FlyProcess(const Scenario& scenario, const Inputs& inputs, const Fli
       opened_ns_(state_bus.now_ns()),
       heard_ns_(opened_ns_) {
   controller_ = make_controller(scenario, inputs, request, stop, config_);
+  config_.computer.escs.esc_node_ids = pace.esc_nodes;
   config_.computer.always_command = true;
   config_.computer.ceiling_rad_s = ceiling_rad_s;
   const host::Trajectory& trajectory = inputs.trajectories[request.flight];
