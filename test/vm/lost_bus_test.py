@@ -54,11 +54,6 @@ class OnVcan(EscAtALostBus, OnABus):
 
 
 class OnAnAdapter(EscAtALostBus, OnAdapters):
-    def tell(self, command):
-        self.adapters.stdin.write(command + "\n")
-        self.adapters.stdin.flush()
-        self.assertEqual(self.adapters.stdout.readline(), "done\n")
-
     def test_adapters_that_are_pulled_leave_the_motor_at_rest(self):
         def pull():
             self.tell("unplug FAR")

@@ -5,6 +5,7 @@ usage: other_programs_test.py ROTORLOOP CANDLELIGHT   skipped (77) without pytho
 """
 import contextlib
 import glob
+import json
 import pathlib
 import re
 import shutil
@@ -169,10 +170,13 @@ class OnAdapters(OnABus):
         self.adapters = self.start(self.candlelight, stdin=subprocess.PIPE)
         self.addCleanup(self.adapters.communicate)  # ends it
         for name in ("FAR", "NEAR"):
-            self.adapters.stdin.write(f"plug {name} 1 0\n")
-            self.adapters.stdin.flush()
-            self.assertEqual(self.adapters.stdout.readline(), "done\n")
+            self.tell(f"plug {name} 1 0")
         wait_for("the kernel's interfaces", lambda: self.interface("FAR") and self.interface("NEAR"))
+
+    def tell(self, command):
+        self.adapters.stdin.write(command + "\n")
+        self.adapters.stdin.flush()
+        self.assertEqual(self.adapters.stdout.readline(), "done\n")
 
     @staticmethod
     def place(name):
@@ -182,9 +186,11 @@ class OnAdapters(OnABus):
                     return pathlib.Path(serial).parent
         return None
 
+    def interfaces(self, name):
+        return sorted(pathlib.Path(path).name for path in glob.glob(f"{self.place(name)}/*:1.0/net/*"))
+
     def interface(self, name):
-        found = glob.glob(f"{self.place(name)}/*:1.0/net/*")
-        return pathlib.Path(found[0]).name if found else None
+        return next(iter(self.interfaces(name)), None)
 
     def up(self, name, *settings):
         interface = self.interface(name)
@@ -218,6 +224,24 @@ class Adapters(OnAdapters):
             near = self.up("NEAR")
             before = receivers(near)
             self.exchange(python, f"socketcan:{near}", lines, lambda: wait_for(f"a receiver of {near}", lambda: receivers(near) > before))
+
+    def test_bus_adapter_tells_the_bit_rate_at_which_cangen_talks(self):
+        self.tell("plug TALK 2 0")
+        wait_for("two channels", lambda: self.place("TALK") and len(self.interfaces("TALK")) == 2)
+        channels = self.interfaces("TALK")
+        for bit_rate_Hz in (500_000, 125_000):
+            for channel in channels:
+                ip("link", "set", channel, "type", "can", "bitrate", str(bit_rate_Hz))
+                ip("link", "set", channel, "up")
+            cangen = self.start("cangen", channels[0], "-g", "20", "-i")
+            out, _ = self.ended(self.start(self.rotorloop, "bus", "adapter", "gsusb:NEAR", "--listen", "--json"))
+            cangen.kill()
+            self.assertEqual(json.loads(out)["bus_bit_rate_Hz"], bit_rate_Hz)
+            for channel in channels:
+                state = json.loads(subprocess.run(["ip", "-j", "-d", "link", "show", channel], check=True, stdout=subprocess.PIPE).stdout)
+                self.assertEqual(state[0]["linkinfo"]["info_data"]["state"], "ERROR-ACTIVE", "nobody was disturbed")
+                ip("link", "set", channel, "down")
+        print("bus adapter --listen: 500 and 125 kbit/s told", flush=True)
 
 
 if __name__ == "__main__":
