@@ -42,7 +42,8 @@ Unexplained unexplained_moments(const std::vector<MomentSample>& samples, const 
 // Looks at hover, and at samples that are valid; `up`: specific force along the thrust axis on the grid of `g`.
 void check_hover(CheckState& s, const FlightGrid& g, const std::vector<double>& up, const std::vector<char>& in_flight);
 
-// Both look at samples that are valid and in flight; see the files.
+// These look at samples that are valid and in flight; see the files.
+void check_rotor_slip(CheckState& s, const Grid& grid, const std::vector<char>& in_flight);
 void check_rotor_order(CheckState& s, const Grid& grid, const std::vector<char>& in_flight);
 void check_rotor_scale(CheckState& s, const FlightGrid& g, std::vector<char> in_flight);
 

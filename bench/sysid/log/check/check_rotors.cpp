@@ -228,7 +228,8 @@ void check_rotors(CheckState& s) {
       for (std::size_t i = g.grid.nearest(u.from_s); i <= g.grid.nearest(u.to_s); ++i) airborne[i] = 0;
   };
   leave_unusable();
-  check_rotor_order(s, g.grid, airborne);
+  check_rotor_slip(s, g.grid, airborne);
+  if (!s.refused()) check_rotor_order(s, g.grid, airborne);
   if (s.refused()) return;
   find_failing_rotor(s, g, airborne);
   if (s.refused()) return;

@@ -109,6 +109,43 @@ TEST(RotorAtItsLowerLimit, For55MillisecondsIsNoFaultOfItsSensor) {
   }
 }
 
+FlightRecord slipped_by_one(FlightRecord f, double from_s, double to_s) {
+  change(f.rotor_omega_rad_s, from_s, to_s, [](RotorValues& w) { w = {w[3], w[0], w[1], w[2]}; });
+  return f;
+}
+
+// The stamp within a span at which the speeds of neighbouring columns differ most: where they are equal no slip shows.
+double most_unlike_s(const Stream<RotorValues>& w, double from_s, double to_s) {
+  double at_s = from_s, most = 0.0;
+  for (std::size_t i = 0; i < w.size(); ++i) {
+    double square = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) square += std::pow(w.value[i][k] - w.value[i][(k + 1) % 4], 2);
+    if (w.t_s[i] >= from_s && w.t_s[i] <= to_s && square > most) {
+      most = square;
+      at_s = w.t_s[i];
+    }
+  }
+  return at_s;
+}
+
+TEST(SlippedColumns, AreRefusedWithTheSampleInTheMiddleAndWithinTheLastSecond) {
+  const AnalyticFlight a = analytic_flight();
+  for (const double around_s : {108.0, 115.0}) {
+    const double from_s = most_unlike_s(a.record.rotor_omega_rad_s, around_s, around_s + 0.8);
+    const CheckedFlight c = check_flight(slipped_by_one(a.record, from_s, kAlways_s), a.vehicle);
+    ASSERT_TRUE(c.refusal) << from_s;
+    const LogFinding* f = find(c, stream_name::rotors, FindingAction::refuse, "one place further on");
+    ASSERT_NE(f, nullptr) << findings_table(c);
+    EXPECT_NEAR(f->from_s, from_s, 0.01);
+  }
+}
+
+TEST(SlippedColumns, ForOneSampleAloneAreNoSlip) {
+  const AnalyticFlight a = analytic_flight();
+  const CheckedFlight c = check_flight(slipped_by_one(a.record, 108.0, 108.001), a.vehicle);
+  EXPECT_FALSE(c.refusal) << findings_table(c);
+}
+
 TEST(ExchangedRotors, AreRefusedWithTheColumnsToExchange) {
   for (std::size_t a = 0; a < 4; ++a)
     for (std::size_t b = a + 1; b < 4; ++b) {

@@ -81,7 +81,7 @@ TEST_P(RotorOrderOnMeasuredFlights, EachOfThe23WrongOrdersIsRefusedWithTheRightO
 }
 
 // Columns that stand one place further on from a quarter, half and three quarters of the flight on.
-TEST_P(RotorOrderOnMeasuredFlights, ASlipByOneMotorDuringTheFlightIsRefusedIn7Of10AtLeastAndItsSecondNamedWithin2sIn65percent) {
+TEST_P(RotorOrderOnMeasuredFlights, ASlipByOneMotorDuringTheFlightIsRefusedIn9Of10AtLeastAndItsSecondNamedWithin2sInTwoThirds) {
   if (measured_flights().empty()) GTEST_SKIP() << "ROTORLOOP_DATA is not set";
   std::size_t tried = 0, refused = 0, named = 0;
   for (const auto& file : flights_of(GetParam())) {
@@ -104,9 +104,9 @@ TEST_P(RotorOrderOnMeasuredFlights, ASlipByOneMotorDuringTheFlightIsRefusedIn7Of
     }
   }
   std::printf("%s: %zu slips by one motor, %zu refused, %zu with their second named\n", GetParam(), tried, refused, named);
-  // All that turn fast enough are refused; the slow flights of the bare Crazyflie leave 8 of 27.
-  EXPECT_GE(static_cast<double>(refused), 0.7 * static_cast<double>(tried));
-  EXPECT_GE(static_cast<double>(named), 0.65 * static_cast<double>(tried));
+  // Left are two of the bare Crazyflie's last seconds, where its rotors turn alike, and one of the nano-drone's with spikes in its speeds.
+  EXPECT_GE(static_cast<double>(refused), 0.9 * static_cast<double>(tried));
+  EXPECT_GE(static_cast<double>(named), 0.66 * static_cast<double>(tried));
 }
 
 // The position turned by each of the 23 other right-handed sets of axes, the attitude as it was.
