@@ -67,7 +67,7 @@ class BadInput(unittest.TestCase):
         self.refused(says=["subcommand"])
 
     def test_unknown_command_and_option(self):
-        self.refused("fly", says=['rotorloop: error: "fly" is not a command', "use one of: hil"])
+        self.refused("launch", says=['rotorloop: error: "launch" is not a command', "use one of: hil"])
         self.refused("hil", "--sedes", "3", says=["rotorloop hil --sedes: error:", "see rotorloop hil --help"])
 
     def test_hil_without_scenario(self):

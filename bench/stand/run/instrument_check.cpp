@@ -11,11 +11,13 @@
 namespace rotorloop::stand_run {
 namespace {
 
-constexpr double kLoaded = 0.7;                     // of the plan's highest speed, half of its thrust: from here on sizes are judged
-constexpr double kFactor = 3.0;                     // from coefficients that the stand file gives
-constexpr double kFactorTypical = 6.0;              // from those of any propeller of the diameter: its own are known to a factor of two
-constexpr double kSupply = 1.35;                    // voltage of supply and ESC: 40 A through 50 mohm of cable are 2 V of 16
-constexpr double kCurrent = 4.0, kCurrent_A = 1.0;  // of supply and ESC: some ESCs tell a current of few digits
+constexpr double kLoaded = 0.7;         // of the plan's highest speed, half of its thrust: from here on sizes are judged
+constexpr double kFactor = 3.0;         // from coefficients that the stand file gives
+constexpr double kFactorTypical = 6.0;  // from those of any propeller of the diameter: its own are known to a factor of two
+// Besides: running torque of wires and bearings, zeros that drift, rounding; a small propeller's torque may be no more than that.
+constexpr double kOffsetShare = 0.004, kOffset_N = 0.05, kOffset_N_m = 0.01;  // of full scale, and at least
+constexpr double kSupply = 1.35;                                   // voltage of supply and ESC: 40 A through 50 mohm of cable are 2 V of 16
+constexpr double kCurrent = 4.0, kCurrent_A = 1.0;                 // of supply and ESC: some ESCs tell a current of few digits
 constexpr double kLeastEfficiency = 0.12, kMostEfficiency = 1.25;  // torque may be a third off by wires and bearings at low load
 constexpr double kSpreads = 4.0;                                   // that a change of speed must have moved a channel by
 constexpr double kSpeedsNever = 1.3;                               // speeds between which a channel that never moved must have
@@ -30,6 +32,8 @@ constexpr Column kMoving[] = {{stand::kThrustColumn, "thrust", "(before calibrat
                               {stand::kIndependentColumn, "rotor_speed", "rad/s"}};
 
 bool beyond(double ratio, double factor) { return ratio > factor || ratio < 1.0 / factor; }
+
+double offset(double full_scale, double least) { return std::max(kOffsetShare * full_scale, least); }
 
 std::string off_propeller(const char* name, const char* unit, double value, double expected, double omega_rad_s, bool typical) {
   return fmt::format(
@@ -77,8 +81,7 @@ std::string InstrumentCheck::stands_still(const StepMeans& s) {
     if (moved && still.fastest_rad_s > 0.5 * top_rad_s_)
       return fmt::format(
           "{}: shows {:.6g} {} and nothing else while the speed goes from {:.0f} to {:.0f} rad/s; likely: the instrument stands still, or "
-          "is "
-          "at the end of its range",
+          "is at the end of its range",
           c.name, low, c.unit, still.slowest_rad_s, still.fastest_rad_s);
   }
   return {};
@@ -87,13 +90,14 @@ std::string InstrumentCheck::stands_still(const StepMeans& s) {
 std::string InstrumentCheck::of_propeller(const StepMeans& s) const {
   const ExpectedCoefficients e = expected_coefficients(setup_);
   const double square = s.omega_rad_s * s.omega_rad_s, thrust = std::abs(s.thrust_N - zero_N_), torque = std::abs(s.torque_N_m - zero_N_m_);
-  const auto off = [&](double value, double expected, bool typical) {
+  const auto off = [&](double value, double expected, double offset, bool typical) {
     const double factor = typical ? kFactorTypical : kFactor;
-    return value > factor * expected || (!in_wind_ && value * factor < expected);
+    return value - offset > factor * expected || (!in_wind_ && factor * (value + offset) < expected);
   };
-  if (off(thrust, e.c_t_N_s2 * square, e.typical_c_t))
+  const auto& full = setup_.calibration.full_scale;
+  if (off(thrust, e.c_t_N_s2 * square, offset(full[0], kOffset_N), e.typical_c_t))
     return off_propeller("thrust", "N", thrust, e.c_t_N_s2 * square, s.omega_rad_s, e.typical_c_t);
-  if (off(torque, e.c_q_N_m_s2 * square, e.typical_c_q))
+  if (off(torque, e.c_q_N_m_s2 * square, offset(full[1], kOffset_N_m), e.typical_c_q))
     return off_propeller("torque", "N m", torque, e.c_q_N_m_s2 * square, s.omega_rad_s, e.typical_c_q);
   return {};
 }
@@ -110,12 +114,13 @@ std::string InstrumentCheck::of_supply(const StepMeans& s) const {
     return fmt::format("current: the supply shows {:.4g} A, the ESC {:.4g} A; likely: decimal point or unit of one of them, or an overload",
                        A, s.esc_current_A);
   if (V != V || A != A) return {};
-  const double shaft_W = std::abs(s.torque_N_m - zero_N_m_) * s.omega_rad_s, efficiency = shaft_W / (V * A);
-  if (efficiency > kMostEfficiency || (!in_wind_ && efficiency < kLeastEfficiency))
+  const double shaft_W = std::abs(s.torque_N_m - zero_N_m_) * s.omega_rad_s, power_W = V * A;
+  const double offset_W = offset(setup_.calibration.full_scale[1], kOffset_N_m) * s.omega_rad_s;
+  if (shaft_W - offset_W > kMostEfficiency * power_W || (!in_wind_ && shaft_W + offset_W < kLeastEfficiency * power_W))
     return fmt::format(
         "power: torque and speed make {:.4g} W of the {:.4g} W that the supply shows at {:.0f} rad/s (allowed {:.0f} to {:.0f} "
         "%); likely: decimal point or unit of torque, voltage or current",
-        shaft_W, V * A, s.omega_rad_s, 100.0 * kLeastEfficiency, 100.0 * kMostEfficiency);
+        shaft_W, power_W, s.omega_rad_s, 100.0 * kLeastEfficiency, 100.0 * kMostEfficiency);
   return {};
 }
 
