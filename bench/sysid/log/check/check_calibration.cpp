@@ -138,17 +138,22 @@ void check_gyro(CheckState& s, const FlightGrid& g, double late_s) {
         s.span());
 }
 
-// accel = S R f + b with f = R_WBᵀ (a + g) by the poses: thrust varies along z, so that column of S R is what a flight shows.
+// accel = S R f + b with f = R_WBᵀ (a + g) by the poses: thrust varies along z, so that column of S R is what a flight shows. The poses'
+// acceleration has errors, which may be larger than what thrust varies by: they make that gain too small. So a gain above 1 is told, and
+// one below 1 only where the inverse of that of f on accel, which these errors scatter but do not move, is below 1 too.
 void check_accelerometer(CheckState& s, const FlightGrid& g, double late_s) {
   const Eigen::Vector3d gravity = kGravity_m_s2 * Eigen::Vector3d::UnitZ();
   std::vector<Eigen::Vector3d> force(g.grid.count);
   for (std::size_t i = 0; i < force.size(); ++i) force[i] = g.q_WB[i].conjugate() * (g.position_acc_W_m_s2[i] + gravity);
-  const Parts parts = sums(
-      g, late_s, force, [](std::size_t, const Eigen::Vector3d& f) { return f; },
-      [&](std::size_t i, const Eigen::Vector3d&) { return g.accel_B_m_s2[i]; });
-  const Three z = jackknifed(parts, [](const Eigen::Matrix3d& a) { return Eigen::Vector3d(0.0, 0.0, a.col(2).norm() - 1.0); });
+  const auto by_pose = [](std::size_t, const Eigen::Vector3d& f) { return f; };
+  const auto along_z = [&](std::size_t i, const Eigen::Vector3d&) { return Eigen::Vector3d(0.0, 0.0, g.accel_B_m_s2[i].z()); };
+  const Three gain = jackknifed(sums(g, late_s, force, by_pose, [&](std::size_t i, const Eigen::Vector3d&) { return g.accel_B_m_s2[i]; }),
+                                [](const Eigen::Matrix3d& a) { return Eigen::Vector3d(0.0, 0.0, a.col(2).norm() - 1.0); });
+  const Three inverse = jackknifed(sums(g, late_s, force, along_z, by_pose),
+                                   [](const Eigen::Matrix3d& a) { return Eigen::Vector3d(0.0, 0.0, 1.0 / a(2, 2) - 1.0); });
+  const Three& z = gain.value.z() > 0.0 ? gain : inverse;
   const double off = std::fabs(z.value.z());
-  if (off > kScaleMatters && off > kFewestU * z.u.z())
+  if (gain.value.z() * z.value.z() > 0.0 && off > kScaleMatters && off > kFewestU * z.u.z())
     s.note(
         stream_name::accel,
         fmt::format("changes by {:+.2f} % (u {:.2f}) more than the poses' acceleration and gravity along z: its scale, or vibration that "

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <random>
 
 #include "host/base/constants.hpp"
 #include "test/unit/bench/sysid/log/check/checked_flights.hpp"
@@ -70,6 +71,16 @@ TEST(Calibration, AnAccelerometerThatReads3PercentMoreIsToldToHalfAPercentAlongT
   const LogFinding* note = find(c, "accelerometer", FindingAction::note, "changes by ");
   ASSERT_NE(note, nullptr) << findings_table(c);
   EXPECT_NEAR(number(note->what, "changes by ", 0), 3.0, 0.5) << note->what;
+}
+
+TEST(Calibration, ASoundAccelerometerIsNotBlamedForPositionsOf1CentimetreNoise) {
+  AnalyticFlight f = sound();
+  std::mt19937_64 random(1);
+  std::normal_distribution<> noise_m(0.0, 0.01);
+  change(f.record.pose, -kAlways_s, kAlways_s,
+         [&](PoseReading& p) { p.p_W_m += Eigen::Vector3d(noise_m(random), noise_m(random), noise_m(random)); });
+  const CheckedFlight c = checked(f);
+  EXPECT_EQ(find(c, "accelerometer", FindingAction::note, "changes by"), nullptr) << findings_table(c);
 }
 
 }  // namespace
