@@ -13,9 +13,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // Options and arguments that name a file or folder which rotorloop ships examples of.
-constexpr std::array<std::string_view, 18> kInputs = {"SCENARIO",  "PLAN",       "SETUP",    "STAND",           "blade",   "--vehicle",
-                                                      "--mapping", "--plant",    "--blade",  "--library",       "--base",  "--trajectory",
-                                                      "--gains",   "--scenario", "--polars", "--hover-mapping", "--board", "--motor"};
+constexpr std::array<std::string_view, 18> kInputs = {"SCENARIO",  "PLAN",       "SETUP",    "STAND",           "blade",  "--vehicle",
+                                                      "--mapping", "--plant",    "--blade",  "--library",       "--base", "--trajectory",
+                                                      "--gains",   "--scenario", "--polars", "--hover-mapping", "--pins", "--motor"};
 
 bool is_input(const CLI::Option& option) {
   return std::any_of(kInputs.begin(), kInputs.end(), [&](std::string_view name) { return option.check_name(std::string(name)); });

@@ -226,7 +226,7 @@ void add_mcu_run(CLI::App& mcu_group, int& exit_code) {
   auto o = std::make_shared<RunArguments>();
   CLI::App* c = mcu_group.add_subcommand("run", "runs programs on an STM32G431 in software, on a board with motor, supply and bus");
   c->add_option("elf", o->files, "programs as the linker wrote them; a bootloader and an application are two files")->required();
-  c->add_option("--board", o->board, "file of pins")->capture_default_str();
+  c->add_option("--pins", o->board, "file of the board: what is at which pin")->capture_default_str();
   c->add_option("--motor", o->motor, "motor file")->capture_default_str();
   c->add_option("--supply", o->supply_V, "V at the board")->capture_default_str()->check(CLI::Range(0.0, 100.0));
   c->add_option("--load", o->load_N_m_s2, "torque of the shaft over speed squared, N m s^2")
