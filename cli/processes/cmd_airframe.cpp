@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -33,8 +34,11 @@ int airframe(const FlightOptions& o) {
   const int signal_code = run_flight(process, f);
   const hil::TrackingFigures t = process.tracking();
   fmt::print("flown:    {:.3f} s of {}/{}\n", process.flown_s(), f.scenario.name, f.scenario.flights[f.request.flight].name);
-  fmt::print("tracking: {:.2f} cm mean, {:.2f} cm worst, against {} set-points heard\n", t.truth.mean_3d_cm, t.truth.max_3d_cm,
-             process.setpoints_heard());
+  if (std::isfinite(t.truth.mean_3d_cm))
+    fmt::print("tracking: {:.2f} cm mean, {:.2f} cm worst, against {} set-points heard\n", t.truth.mean_3d_cm, t.truth.max_3d_cm,
+               process.setpoints_heard());
+  else
+    fmt::print("tracking: none, the flight ended before its trajectory began\n");
   fmt::print("ESCs:     {} reports heard, {:.0f} rpm at most\n", process.feedback_heard(), process.fastest_rad_s() / kRad_s_per_rpm);
   tell_pace(process);
   close_flight(f);
