@@ -89,7 +89,15 @@ LiveServer::LiveServer(const LiveServerConfig& config, Order order) : impl_(std:
   s.page = config.page;
   s.script = config.script;
   s.order = std::move(order);
-  s.server.new_task_queue = [] { return new httplib::ThreadPool(kMostViewers + 4); };
+  // A browser holds up to six connections to a server, some of them before it has anything to ask. On a busy machine it may take seconds
+  // to ask: one that is closed under it by then costs the page a script, and the page never shows anything.
+  constexpr std::size_t kConnectionsOfABrowser = 6;
+  constexpr time_t kPatience_s = 60;
+  s.server.new_task_queue = [] { return new httplib::ThreadPool(kMostViewers * kConnectionsOfABrowser); };
+  s.server.set_keep_alive_max_count(1000);
+  s.server.set_keep_alive_timeout(kPatience_s);
+  s.server.set_read_timeout(kPatience_s);
+  s.server.set_write_timeout(kPatience_s);
   s.server.set_payload_max_length(4096);
   s.server.set_default_headers({{"Content-Security-Policy", "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:"},
                                 {"X-Content-Type-Options", "nosniff"}});
