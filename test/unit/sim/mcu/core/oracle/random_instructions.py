@@ -8,7 +8,8 @@ BASE, INDEX = 5, 6  # registers that hold an address in the window, and a small 
 class Generator:
     def __init__(self, seed):
         self.random = random.Random(seed)
-        self.n = self.random.randrange
+        draw = self.random.random
+        self.n = lambda count: int(draw() * count)  # several times as fast as randrange; no count here comes near 2^53
 
     def any(self, *choices):
         return choices[self.n(len(choices))]
