@@ -1,7 +1,8 @@
 """Puts what belongs to one release of a board's firmware into one folder.
 
-usage: firmware_release.py ELF BOOT_ELF OUT [--commit HEX] [--modified]
-ELF: the application after firmware_image.py, with its .bin and .rlf beside it. OUT, which must not be there yet or be empty, receives both
+usage: firmware_release.py ELF BOOT_ELF SELFTEST_ELF OUT [--commit HEX] [--modified]
+ELF: the application after firmware_image.py, with its .bin and .rlf beside it; SELFTEST_ELF: likewise, the image for the
+first power-up of a board. OUT, which must not be there yet or be empty, receives both
 programs as ELF, the image for an update over CAN (.rlf), both programs in one file for a debugger (_all.elf, _all.hex), the linker's maps,
 manifest.json (versions, compiler, commit, bytes and SHA-256 of each file) and SHA256SUMS. The same sources give the same bytes.
 """
@@ -76,11 +77,11 @@ def signed_with(image):
     return "the test key, which protects nothing" if firmware_image.signed(image, None) == image else "a key of the maker"
 
 
-def release(elf, boot, out, commit, modified):
+def release(elf, boot, selftest, out, commit, modified):
     if out.exists() and any(out.iterdir()):
         sys.exit(f"{out}: error: the folder of the release is not empty\n  do: give a new folder, or remove this one")
     out.mkdir(parents=True, exist_ok=True)
-    for file in (elf, elf.with_suffix(".rlf"), elf.with_suffix(".map"), boot, boot.with_suffix(".map")):
+    for file in (*(program.with_suffix(suffix) for program in (elf, selftest) for suffix in (".elf", ".rlf", ".map")), boot, boot.with_suffix(".map")):
         shutil.copy(file, out / file.name)
     image = elf.with_suffix(".rlf").read_bytes()
     with tempfile.TemporaryDirectory() as scratch:
@@ -103,11 +104,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("elf", type=pathlib.Path)
     parser.add_argument("boot", type=pathlib.Path)
+    parser.add_argument("selftest", type=pathlib.Path)
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("--commit", type=lambda text: int(text, 16), default=firmware_image.commit_of(SOURCE))
     parser.add_argument("--modified", action="store_true", help="the tree has changes that the commit does not have")
     o = parser.parse_args()
-    manifest = release(o.elf, o.boot, o.out, o.commit, o.modified)
+    manifest = release(o.elf, o.boot, o.selftest, o.out, o.commit, o.modified)
     print(f"{o.out}: {manifest['board']} {manifest['version']}, commit {manifest['commit']}{' with changes' if o.modified else ''}, "
           f"signed with {manifest['signed_with']}, {len(manifest['files']) + 2} files")
 

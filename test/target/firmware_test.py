@@ -11,22 +11,23 @@ import shutil
 import subprocess
 import sys
 
-TARGET, BOOT = "b_g431b_esc1.elf", "b_g431b_esc1_boot.elf"
+TARGET, BOOT, SELFTEST = "b_g431b_esc1.elf", "b_g431b_esc1_boot.elf", "b_g431b_esc1_selftest.elf"
 APPLICATION_AT = 0x6000  # bytes behind the beginning of the flash
 NEEDED = ("CMakeLists.txt", "CMakePresets.json", "cmake", "protocols", "firmware", "host", "scripts", "third_party")
 
 
 def build(source, folder):
     subprocess.run(["cmake", "--preset", "firmware", "-S", str(source), "-B", str(folder)], cwd=source, check=True, stdout=subprocess.DEVNULL)
-    subprocess.run(["cmake", "--build", str(folder), "--target", TARGET, BOOT], check=True, stdout=subprocess.DEVNULL)
-    elf, boot = folder / "bin" / TARGET, folder / "bin" / BOOT
+    subprocess.run(["cmake", "--build", str(folder), "--target", TARGET, BOOT, SELFTEST], check=True, stdout=subprocess.DEVNULL)
+    elf, boot, selftest = (folder / "bin" / name for name in (TARGET, BOOT, SELFTEST))
     scripts = source / "scripts"
-    for words in (("firmware_image.py", elf, "--commit", "0", "--check"), ("boot_check.py", boot, "--check")):
+    for words in (("firmware_image.py", elf, "--commit", "0", "--check"), ("boot_check.py", boot, "--check"),
+                  ("firmware_image.py", selftest, "--commit", "0")):
         if code := subprocess.run([sys.executable, "-B", scripts / words[0], *words[1:]]).returncode:
             sys.exit(code)
     release = folder / "release"
     shutil.rmtree(release, ignore_errors=True)
-    subprocess.run([sys.executable, "-B", scripts / "firmware_release.py", elf, boot, release, "--commit", "0"], check=True)
+    subprocess.run([sys.executable, "-B", scripts / "firmware_release.py", elf, boot, selftest, release, "--commit", "0"], check=True)
     return {file.name: file.read_bytes() for file in sorted(release.iterdir())}
 
 
@@ -81,8 +82,8 @@ def main(source, work):
     for suffix, kind in (("_all.elf", "elf32-littlearm"), ("_all.hex", "ihex")):
         if flash_of(release / TARGET.replace(".elf", suffix), kind, scratch) != expected:
             wrong.append(f"{suffix}: not the bootloader and the image, each at its place")
-    if len(first) != 9:
-        wrong.append(f"a release has 9 files: {', '.join(first)}")
+    if len(first) != 12:
+        wrong.append(f"a release has 12 files: {', '.join(first)}")
     wrong += check_signature(source, work / "build/bin" / TARGET, work)
     for line in wrong:
         print(line, file=sys.stderr)

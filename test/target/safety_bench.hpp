@@ -35,7 +35,7 @@ class GateWatch : public Pins {
     return pin == stuck_pin ? stuck_V : V;
   }
 
-  double now_s() const { return chip_.time_s_at(chip_.now()); }
+  double now_s() const { return chip_.time_s_at(std::max(chip_.now(), chip_.cycle())); }  // between instructions, events may lie behind
   unsigned gates() const { return gates_; }
   double low_since_s() const { return gates_ == 0 ? low_since_s_ : 1e9; }
   // From now on: the first time from which all six gates stayed low for longer than two PWM periods, and how long each was on.
@@ -70,7 +70,7 @@ class GateWatch : public Pins {
   }
   void turn(unsigned n, bool on) {
     if (on == ((gates_ >> n & 1u) != 0)) return;
-    const double t = now_s();
+    const double t = chip_.time_s_at(chip_.now());
     if (on) {
       note_quiet(t);
       on_since_s_[n] = t;
@@ -109,14 +109,17 @@ class Bench {
   }
   // Arming ten times a second and a set-point every 10 ms.
   void command(std::int64_t duration_ns, int rpm = kRpm) {
+    for (const std::int64_t end_ns = tool.now_ns() + duration_ns; tool.now_ns() < end_ns;) {
+      set_point(rpm);
+      pass(std::min(10 * kMs, end_ns - tool.now_ns()));
+    }
+  }
+  void set_point(int rpm) {
     protocols::RpmCommand c;
     c.count = 1;
     c.rpm[0] = rpm;
-    for (const std::int64_t end_ns = tool.now_ns() + duration_ns; tool.now_ns() < end_ns; ++commands_) {
-      if (commands_ % 10 == 0) tool.broadcast(protocols::ArmingStatus{.status = protocols::ArmingStatus::kFullyArmed}, 8);
-      tool.broadcast(c, 7);
-      pass(std::min(10 * kMs, end_ns - tool.now_ns()));
-    }
+    if (commands_++ % 10 == 0) tool.broadcast(protocols::ArmingStatus{.status = protocols::ArmingStatus::kFullyArmed}, 8);
+    tool.broadcast(c, 7);
   }
   // A failure of the processor is over after a reset: what was patched is as it was.
   void pass(std::int64_t duration_ns) {
@@ -142,6 +145,12 @@ class Bench {
       if (s.ipsr == exception && s.it == 0 && !s.sleeping && s.phase == Phase::running && (exception != 0 || i > 1000)) return;
       bus.run_to_cycle(bus.chip.cycle() + 1);
     }
+  }
+  // Until the core takes an NMI or the exception of a fault, and how long that takes; none comes: 100 us.
+  double until_fault_us() {
+    const double from_s = watch.now_s();
+    while (watch.now_s() - from_s < 100e-6 && (core().ipsr < kNmi || core().ipsr > kUsageFault)) bus.run_to_cycle(bus.chip.cycle() + 1);
+    return 1e6 * (watch.now_s() - from_s);
   }
   // This instruction in place of the next one; what is in the cache of the flash goes with it.
   void patch(std::uint16_t instruction) {

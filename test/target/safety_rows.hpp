@@ -27,11 +27,12 @@ struct Injection {
   double limit_us;  // to gates low; 0: not asked for
   Then then;
   std::function<void(Bench&)> inject;
-  bool commanded = true;  // set-points go on
+  bool commanded = true;        // set-points go on
+  bool from_exception = false;  // the time begins when the processor meets what was injected, with the exception of a fault
 };
 
 struct Seen {
-  double gates_low_us, rpm;
+  double gates_low_us, met_after_us, rpm;
   std::uint64_t resets;
   unsigned gates;
   bool program_refused;
@@ -52,17 +53,19 @@ inline Bench& turning() {
 inline Seen judge(Bench& b, const Injection& i, std::int64_t window_ns) {
   const std::uint64_t resets = b.bus.chip.resets();
   i.inject(b);
+  const double met_after_us = i.from_exception ? b.until_fault_us() : 0.0;
   b.watch.begin();
   if (i.commanded)
     b.command(window_ns);
   else
     b.pass(window_ns);
-  return {1e6 * b.watch.quiet_after_s(), b.rpm(), b.bus.chip.resets() - resets, b.watch.gates(), b.bus.end != End::at_cycle};
+  return {1e6 * b.watch.quiet_after_s(), met_after_us, b.rpm(), b.bus.chip.resets() - resets, b.watch.gates(), b.bus.end != End::at_cycle};
 }
 
 inline void expect(const Injection& i, const Seen& s) {
   std::printf("| %s | ", i.what);
   s.gates_low_us < 1e9 ? std::printf("%.1f", s.gates_low_us) : std::printf("–");
+  if (i.from_exception) std::printf(" after an exception %.1f after the injection", s.met_after_us);
   i.limit_us > 0 ? std::printf(" | %.0f", i.limit_us) : std::printf(" | –");
   const bool at_speed = std::abs(s.rpm - kRpm) < 0.05 * kRpm;
   const char* const end = s.resets > 0   ? (at_speed ? kThenText[0] : "restarts")

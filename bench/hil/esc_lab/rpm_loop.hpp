@@ -30,8 +30,9 @@ struct StepResult {
   std::set<firmware::Limiter> limiters;
 };
 
-inline StepResult measure_step(NativeEscConfig c, double from_rpm, double to_rpm, const Change& change = {}) {
-  NativeEsc esc = make_esc(c, kTriblade_N_m_s2, change);
+// Of an ESC that stands still and is ready, by whatever way set-points reach it.
+template <class Esc>
+StepResult step_of(Esc& esc, double from_rpm, double to_rpm) {
   esc.set_setpoint(speed(from_rpm * kRpm));
   run_ms(esc, 900.0);
   StepResult r;
@@ -48,6 +49,11 @@ inline StepResult measure_step(NativeEscConfig c, double from_rpm, double to_rpm
   return r;
 }
 
+inline StepResult measure_step(NativeEscConfig c, double from_rpm, double to_rpm, const Change& change = {}) {
+  NativeEsc esc = make_esc(c, kTriblade_N_m_s2, change);
+  return step_of(esc, from_rpm, to_rpm);
+}
+
 // Small sines of ±amplitude around a speed.
 inline double measure_bandwidth_Hz(NativeEscConfig c, double centre_rpm, double amplitude_rpm, const Change& change = {}) {
   NativeEsc esc = make_esc(c, kTriblade_N_m_s2, change);
@@ -60,8 +66,8 @@ struct SteadyResult {
   double mean_error_percent = 0.0, rms_percent = 0.0;
 };
 
-inline SteadyResult measure_steady(NativeEscConfig c, double rpm, const Change& change = {}) {
-  NativeEsc esc = make_esc(c, kTriblade_N_m_s2, change);
+template <class Esc>
+SteadyResult steady_of(Esc& esc, double rpm) {
   esc.set_setpoint(speed(rpm * kRpm));
   run_ms(esc, 1000.0);
   double sum = 0.0, sum2 = 0.0;
@@ -73,6 +79,11 @@ inline SteadyResult measure_steady(NativeEscConfig c, double rpm, const Change& 
     ++n;
   });
   return {sum / n, std::sqrt(sum2 / n)};
+}
+
+inline SteadyResult measure_steady(NativeEscConfig c, double rpm, const Change& change = {}) {
+  NativeEsc esc = make_esc(c, kTriblade_N_m_s2, change);
+  return steady_of(esc, rpm);
 }
 
 // Bus from 4.2 to 3.5 V per cell in one second. Returns the largest deviation in percent of the speed before.
@@ -111,8 +122,8 @@ inline NativeEscConfig spread_config(std::uint64_t seed) {
   return c;
 }
 
-inline StartResult measure_start(std::uint64_t seed, double rpm, const Change& change = {}) {
-  NativeEsc esc = make_esc(spread_config(seed), kTriblade_N_m_s2, change);
+template <class Esc>
+StartResult start_of(Esc& esc, double rpm) {
   esc.set_setpoint(speed(rpm * kRpm));
   StartResult r;
   r.held = true;
@@ -122,6 +133,11 @@ inline StartResult measure_start(std::uint64_t seed, double rpm, const Change& c
     if (t_ms > 700.0 && std::fabs(x - 1.0) > 0.02) r.held = false;
   });
   return r;
+}
+
+inline StartResult measure_start(std::uint64_t seed, double rpm, const Change& change = {}) {
+  NativeEsc esc = make_esc(spread_config(seed), kTriblade_N_m_s2, change);
+  return start_of(esc, rpm);
 }
 
 struct FastResult {

@@ -55,6 +55,7 @@ class EscBoard : public firmware::B_G431B_ESC1_Scales {
   void bridge_on() noexcept { g431::write_gates(g431::kAllGateBits); }
   void gates_on(std::uint8_t mask) noexcept;
   void bridge_off() noexcept { g431::bridge_off(); }
+  std::uint16_t reference_counts() const noexcept { return slow_.vrefint; }
   std::uint64_t time_us() const noexcept { return clock_.now(); }
 
   // --- the rest, from the main loop ---

@@ -22,6 +22,9 @@ inline constexpr std::array<GatePin, 6> kGates{
 
 // Amplifier outputs on ADC1_IN3, ADC2_IN3, ADC1_IN12; bus on ADC1_IN1; thermistor on ADC1_IN5. A.
 inline constexpr g431::AdcWiring kAdc{.u_adc1 = 3, .w_adc1 = 12, .v_adc2 = 3, .bus_adc1 = 1, .thermistor_adc1 = 5};
+// Nodes of the phases U, V, W behind 10 k, PA4, PC4 and PB11: inputs of ADC2. With PB5 floating nothing divides them, and they end at the
+// clamp to 3.3 V. B. Analogue from the reset on; the self-test alone reads them.
+inline constexpr std::array<std::uint8_t, 3> kPhaseChannels{17, 5, 14};
 inline constexpr std::array<Pin, 11> kAnalogPins{{{Port::a, 0},
                                                   {Port::a, 1},
                                                   {Port::a, 2},

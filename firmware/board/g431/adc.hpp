@@ -58,8 +58,8 @@ inline DmamuxRegisters& dmamux() { return block<DmamuxRegisters, 0x40020800>(); 
 
 namespace adc_bits {
 inline constexpr std::uint32_t kReady = bit(0), kEndOfConversion = bit(2), kInjectedEnd = bit(6);  // ISR, IER
-inline constexpr std::uint32_t kOn = bit(0), kStart = bit(2), kInjectedStart = bit(3), kInjectedStop = bit(5), kRegulator = bit(28),
-                               kDeepPowerDown = bit(29),
+inline constexpr std::uint32_t kOn = bit(0), kStart = bit(2), kInjectedStart = bit(3), kStop = bit(4), kInjectedStop = bit(5),
+                               kRegulator = bit(28), kDeepPowerDown = bit(29),
                                kCalibrate = bit(31);  // CR: bits that are set by ones and never cleared by zeros
 inline constexpr std::uint32_t kInjectedQueueOff = bit(31), kOverwrite = bit(12), kDma = bit(0), kDmaCircular = bit(1),
                                kRisingEdge = field(1, 10);  // CFGR

@@ -43,7 +43,8 @@ static_assert(offsetof(FdcanMemory, extended_filter) == 0x070 && offsetof(FdcanM
 inline FdcanMemory& fdcan_memory() { return block<FdcanMemory, 0x4000A400>(); }
 
 namespace fdcan_bits {
-inline constexpr std::uint32_t kInit = bit(0), kConfigure = bit(1);          // CCCR
+inline constexpr std::uint32_t kInit = bit(0), kConfigure = bit(1), kMonitor = bit(5), kTest = bit(7);  // CCCR
+inline constexpr std::uint32_t kLoopBack = bit(4);                           // TEST; inside of the controller together with kMonitor
 inline constexpr std::uint32_t kNewInFifo0 = bit(0), kLostInFifo0 = bit(2);  // IR, IE
 inline constexpr std::uint32_t kPassive = bit(5), kBusOff = bit(7);          // PSR
 inline constexpr std::uint32_t kQueueMode = bit(24);                         // TXBC: the smallest identifier first
