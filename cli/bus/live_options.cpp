@@ -58,9 +58,12 @@ LiveEnd run_live(std::span<TimedBus* const> buses, const LiveOptions& o, const s
 }
 
 std::string interface_name(const std::string& bus) {
-  std::string name = bus.substr(bus.rfind('/') == std::string::npos ? 0 : bus.rfind('/') + 1);
-  std::erase(name, ':');
-  return name.empty() ? "can0" : name.substr(0, kMaxInterfaceName);
+  const std::size_t colon = std::min(bus.find(':'), bus.size() - 1);
+  std::string name = bus.substr(colon + 1, bus.find('@', colon) - colon - 1);
+  if (bus.starts_with("gsusb:")) std::replace(name.begin(), name.end(), '/', '.');  // SERIAL/CHANNEL
+  name.erase(0, name.rfind('/') + 1);
+  if (name.empty() || bus.starts_with("mcast:")) name = bus.substr(0, colon) + name;
+  return name.substr(0, kMaxInterfaceName);
 }
 
 std::unique_ptr<TimedBus> open_live(const LiveOptions& o, const std::string& bus, const std::string& where) {

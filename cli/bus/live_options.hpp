@@ -44,9 +44,9 @@ struct LiveEnd {
 };
 LiveEnd run_live(std::span<TimedBus* const> buses, const LiveOptions& options, const std::function<std::optional<std::int64_t>()>& step);
 
-// Opens a bus, waiting for it with --wait; open_recorded() with its recording when one was asked for. The interface in a candump log is the
-// bus's name without its colon. The recording is whole when the bus is gone, or after finish_recording(), which throws Error when the disk
-// refused.
+// Opens a bus, waiting for it with --wait; open_recorded() with its recording when one was asked for. The interface in a candump log is
+// that of Linux or the adapter's name ("vcan0", "0042001A.1", "mcast0"). The recording is whole when the bus is gone, or after
+// finish_recording(), which throws Error when the disk refused.
 std::unique_ptr<TimedBus> open_live(const LiveOptions& options, const std::string& bus, const std::string& where);
 std::unique_ptr<TimedBus> open_recorded(const LiveOptions& options, const std::string& bus, const std::string& where);
 void finish_recording(TimedBus& bus);

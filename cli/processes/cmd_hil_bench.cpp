@@ -1,6 +1,7 @@
 // `rotorloop hil BENCH`: a flight whose parts are processes on buses.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 
@@ -28,8 +29,10 @@ fs::path run_folder(const BenchRequest& o) {
 int hil_bench(const BenchRequest& o) {
   const hil::BenchFile bench = hil::read_bench(o.path);
   hil::BenchStart start;
-  if (may_have_motors(bench.esc_bus) && bench.fly) {
-    checked_ceiling_rad_s(o.props, bench.esc_bus);
+  const auto motors = std::find_if(bench.esc_buses.begin(), bench.esc_buses.end(), may_have_motors);
+  const std::string esc_bus = motors != bench.esc_buses.end() ? *motors : bench.fly_buses.esc;
+  if (may_have_motors(esc_bus) && bench.fly) {
+    checked_ceiling_rad_s(o.props, esc_bus);
     start.fly_arguments = {"--props-off", "--max-rpm", fmt::format("{}", o.props.max_rpm)};
   }
   start.program = fs::read_symlink("/proc/self/exe");

@@ -57,7 +57,7 @@ double pace_of(const std::string& text) {
   return *pace;
 }
 
-void add_flight_options(CLI::App& c, FlightOptions& o) {
+void add_flight_options(CLI::App& c, FlightOptions& o, const char* log_help) {
   c.add_option("SCENARIO", o.scenario, "scenario file (docs/files.md)")->required();
   c.add_option("--esc-bus", o.esc_bus, kBusHelp)->required();
   c.add_option("--state-bus", o.state_bus, "bus between airframe and controller, another one than that of the ESCs")->required();
@@ -81,6 +81,8 @@ void add_flight_options(CLI::App& c, FlightOptions& o) {
       ->capture_default_str();
   c.add_option("--record-esc", o.record_esc, "record the ESC bus to this file: .pcap for Wireshark, otherwise text of candump -L");
   c.add_option("--record-state", o.record_state, "the same for the state bus");
+  c.add_option("--log", o.log, log_help);
+  c.add_option("--variant", o.variant, "controller; default: the first of the scenario");
   add_force(c, o.force);
 }
 
@@ -88,7 +90,7 @@ OpenedFlight open_flight(const FlightOptions& o) {
   if (o.esc_bus == o.state_bus)
     throw Error({"--state-bus", "\"" + o.state_bus + "\" is the bus of the ESCs too", "one bus does not carry both at 1 kHz",
                  "give each a bus of its own, for example --esc-bus mcast:0 --state-bus mcast:1"});
-  check_outputs({{"--record-esc", o.record_esc}, {"--record-state", o.record_state}}, o.force);
+  check_outputs({{"--record-esc", o.record_esc}, {"--record-state", o.record_state}, {"--log", o.log}}, o.force);
   OpenedFlight f;
   f.pace.pace = pace_of(o.pace);
   f.pace.wait_ns = ns(o.wait_s);

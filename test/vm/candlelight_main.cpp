@@ -1,13 +1,15 @@
 // Emulated candleLight adapters for this machine's kernel, until the end of standard input. A line of it is a command:
 //   plug SERIAL CHANNELS INTERFACE    unplug SERIAL    bus-off SERIAL CHANNEL    overflow SERIAL    lose-echoes SERIAL COUNT
 //   stall-out SERIAL COUNT            stall-in SERIAL COUNT
-// and each is answered by "done" or "refused". usage: vm_candlelight [--unpaced]
+// and each is answered by "done" or "refused". usage: vm_candlelight [--unpaced] [--apart]
+// --apart: first channels are on one bus, second ones on another
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <iostream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "test/vm/usbip_server.hpp"
 
@@ -54,7 +56,9 @@ bool obeyed(UsbIpServer& server, const std::string& line) {
 int main(int count, char** words) {
   std::signal(SIGPIPE, SIG_IGN);
   std::ios::sync_with_stdio(false);  // so that in_avail() knows of lines that came with the one before
-  UsbIpServer server(count < 2 || std::strcmp(words[1], "--unpaced") != 0);
+  const std::vector<std::string> options(words + 1, words + count);
+  const auto has = [&](const char* option) { return std::find(options.begin(), options.end(), option) != options.end(); };
+  UsbIpServer server(!has("--unpaced"), has("--apart") ? 2 : 1);
   while (true) {
     server.serve(0);
     std::string line;

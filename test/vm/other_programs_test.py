@@ -148,7 +148,9 @@ class Vcan(OnABus):
             subprocess.run(["cansend", "vcan0", line], check=True)
         for options in (["-e"], ["-f", "-b"]):
             subprocess.run(["cangen", "vcan0", "-g", "1", "-n", str(generated), "-I", "r", "-L", "r", "-D", "r", *options], check=True)
-        theirs, ours = (without_times(self.ended(process)[0]) for process in (candump, dump))
+        texts = [self.ended(process)[0] for process in (candump, dump)]
+        self.assertEqual({line.split()[1] for text in texts for line in text.splitlines()}, {"vcan0"}, "both name the interface")
+        theirs, ours = map(without_times, texts)
         self.assertEqual(theirs[:len(kinds)], kinds)
         self.assertEqual([line for line in theirs if "#R" not in line], ours)
         print(f"candump and bus dump: {len(ours)} equal frames", flush=True)

@@ -56,7 +56,9 @@ bool UsbIpServer::plug(CandlelightOptions options) {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) return false;
   auto p = std::make_unique<Plug>();
-  p->device = std::make_unique<EmulatedCandlelight>(wire_, std::move(options));
+  std::vector<CanWire*> wires;
+  for (CanWire& wire : wires_) wires.push_back(&wire);
+  p->device = std::make_unique<EmulatedCandlelight>(std::move(wires), std::move(options));
   p->socket = ends[0];
   while (std::any_of(plugs_.begin(), plugs_.end(), [&](const auto& other) { return other->port == p->port; })) ++p->port;
   const std::string line = std::to_string(p->port) + " " + std::to_string(ends[1]) + " " + std::to_string((1u << 16) + 2 + p->port) + " " +
@@ -167,11 +169,18 @@ bool UsbIpServer::take_request(Plug& p) {
 
 void UsbIpServer::step() {
   for (const auto& p : plugs_) run_out(*p);
-  wire_.step(now_ns());
+  for (CanWire& wire : wires_) wire.step(now_ns());
   for (const auto& p : plugs_) {
     run_out(*p);  // what had no room before
     run_in(*p);
   }
+}
+
+std::optional<std::int64_t> UsbIpServer::next_event_ns() const {
+  std::optional<std::int64_t> first;
+  for (const CanWire& wire : wires_)
+    if (const auto next_ns = wire.next_event_ns(); next_ns && (!first || *next_ns < *first)) first = next_ns;
+  return first;
 }
 
 void UsbIpServer::serve(int command) {
@@ -179,7 +188,7 @@ void UsbIpServer::serve(int command) {
     step();
     std::vector<pollfd> polled{{.fd = command, .events = POLLIN, .revents = 0}};
     for (const auto& p : plugs_) polled.push_back({.fd = p->socket, .events = POLLIN, .revents = 0});
-    const auto next_ns = wire_.next_event_ns();
+    const auto next_ns = next_event_ns();
     const std::int64_t left_ns = next_ns ? std::max<std::int64_t>(*next_ns - now_ns(), 0) : 0;
     const timespec timeout{.tv_sec = left_ns / 1'000'000'000, .tv_nsec = left_ns % 1'000'000'000};
     if (::ppoll(polled.data(), polled.size(), next_ns ? &timeout : nullptr, nullptr) <= 0) continue;

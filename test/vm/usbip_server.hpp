@@ -1,9 +1,10 @@
 // Emulated candleLight adapters on the USB of this machine's kernel: the host's end of USB/IP is vhci_hcd, this is the other end, over a
-// socket pair; no network. One simulated CAN bus connects the channels of all adapters.
+// socket pair; no network. Channels of all adapters meet on simulated CAN buses: all on one, or those of each number on one.
 #pragma once
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace rotorloop::emulated {
 
 class UsbIpServer {
  public:
-  explicit UsbIpServer(bool paced) : wire_(paced) {}
+  UsbIpServer(bool paced, unsigned buses) : wires_(buses, CanWire(paced)) {}
   ~UsbIpServer();
   UsbIpServer(const UsbIpServer&) = delete;
   UsbIpServer& operator=(const UsbIpServer&) = delete;
@@ -47,7 +48,9 @@ class UsbIpServer {
   bool take_unlink(Plug& p, std::uint32_t sequence, std::uint32_t victim);
   bool reply(Plug& p, std::uint32_t command, std::uint32_t sequence, std::int32_t status, std::uint32_t length, const Bytes& data);
 
-  CanWire wire_;
+  std::optional<std::int64_t> next_event_ns() const;
+
+  std::vector<CanWire> wires_;  // of a number that does not change
   std::vector<std::unique_ptr<Plug>> plugs_;
 };
 

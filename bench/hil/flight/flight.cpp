@@ -9,7 +9,6 @@
 #include "bench/hil/controllers/process_controller.hpp"
 #include "bench/hil/flight/cost_meter.hpp"
 #include "bench/hil/flight/flight_logs.hpp"
-#include "bench/hil/flight/limiter_names.hpp"
 #include "host/base/error.hpp"
 #include "host/control/gains_file.hpp"
 #include "host/control/trajectory_file.hpp"
@@ -50,27 +49,6 @@ std::vector<sim::BusFault> bus_faults(const Scenario& scenario, const std::strin
     out.push_back(b);
   }
   return out;
-}
-
-// Of the plant's motors, "7"; rotor by rotor, "7 6 7 7", where they differ.
-std::string pole_pairs_text(const sim::PlantFile& plant) {
-  std::string out = std::to_string(plant.rotors[0].motor.pole_pairs);
-  const bool alike = std::all_of(plant.rotors.begin(), plant.rotors.end(),
-                                 [&](const auto& r) { return r.motor.pole_pairs == plant.rotors[0].motor.pole_pairs; });
-  for (std::size_t i = 1; !alike && i < plant.rotors.size(); ++i) out += " " + std::to_string(plant.rotors[i].motor.pole_pairs);
-  return out;
-}
-
-log::LogHeader log_header(const Scenario& scenario, const sim::PlantFile& plant, const FlightRequest& q) {
-  return {{"start_utc", std::string(log::kVirtualEpochUtc)},
-          {"source", "rotorloop hil, " + scenario.name},
-          {"vehicle", scenario.vehicle.filename().generic_string()},
-          {"flight", scenario.flights[q.flight].name},
-          {"variant", variant_name(q.variant)},
-          {"seed", std::to_string(q.seed)},
-          {"pole_pairs", pole_pairs_text(plant)},
-          {"control_limiter_bits", "1 tilt, 2 thrust, 4 roll_pitch, 8 yaw, 16 table_edge, 32 direction_held"},
-          {"esc_limiter_codes", esc_limiter_codes()}};
 }
 
 EscModel model_of(EscKind kind) {
@@ -335,7 +313,7 @@ FlightOutcome fly(const Scenario& scenario, const Inputs& inputs, const FlightRe
   auto controller = make_controller(scenario, inputs, q, stop, config);
   Loop loop(inputs.plant, sim::pointers(inputs.rotors), inputs.vehicle, inputs.trajectories[q.flight], std::move(controller), config);
   loop.measure_cost(q.measure_cost);
-  FlightLogFiles logs(q.folder, log_header(scenario, inputs.plant, q), loop);
+  FlightLogFiles logs(q.folder, log_header(scenario, inputs.plant, q.flight, q.variant, q.seed), loop);
 
   FlightOutcome out;
   FlightResult& result = out.result;

@@ -1,12 +1,38 @@
 #include "bench/hil/flight/flight_logs.hpp"
 
+#include <algorithm>
+#include <string>
+
+#include "bench/hil/flight/limiter_names.hpp"
+
 namespace rotorloop::hil {
 namespace {
 
 log::Cells3 cells(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 log::Cells4 cells(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
+// Of the plant's motors, "7"; rotor by rotor, "7 6 7 7", where they differ.
+std::string pole_pairs_text(const sim::PlantFile& plant) {
+  std::string out = std::to_string(plant.rotors[0].motor.pole_pairs);
+  const bool alike = std::all_of(plant.rotors.begin(), plant.rotors.end(),
+                                 [&](const auto& r) { return r.motor.pole_pairs == plant.rotors[0].motor.pole_pairs; });
+  for (std::size_t i = 1; !alike && i < plant.rotors.size(); ++i) out += " " + std::to_string(plant.rotors[i].motor.pole_pairs);
+  return out;
+}
+
 }  // namespace
+
+log::LogHeader log_header(const Scenario& scenario, const sim::PlantFile& plant, std::size_t flight, Variant variant, std::uint64_t seed) {
+  return {{"start_utc", std::string(log::kVirtualEpochUtc)},
+          {"source", "rotorloop hil, " + scenario.name},
+          {"vehicle", scenario.vehicle.filename().generic_string()},
+          {"flight", scenario.flights[flight].name},
+          {"variant", variant_name(variant)},
+          {"seed", std::to_string(seed)},
+          {"pole_pairs", pole_pairs_text(plant)},
+          {"control_limiter_bits", "1 tilt, 2 thrust, 4 roll_pitch, 8 yaw, 16 table_edge, 32 direction_held"},
+          {"esc_limiter_codes", esc_limiter_codes()}};
+}
 
 unsigned limiter_bits(const host::Limiters& l) {
   return (l.tilt ? 1u : 0u) | (l.thrust ? 2u : 0u) | (l.roll_pitch ? 4u : 0u) | (l.yaw ? 8u : 0u) | (l.table_edge ? 16u : 0u) |
@@ -42,7 +68,7 @@ log::FlightRow flight_row(const host::FlightRecord& r) {
   return row;
 }
 
-log::TruthRow truth_row(double t_s, const PlantTruth& t, Loop& loop) {
+log::TruthRow airframe_row(double t_s, const PlantTruth& t) {
   log::TruthRow row;
   row.t_s = t_s;
   row.p_W_m = cells(t.state.p_W_m);
@@ -52,6 +78,11 @@ log::TruthRow truth_row(double t_s, const PlantTruth& t, Loop& loop) {
   row.omega_rad_s = t.omega_rad_s;
   row.thrust_N = t.thrust_N;
   row.shaft_torque_N_m = t.shaft_torque_N_m;
+  return row;
+}
+
+log::TruthRow truth_row(double t_s, const PlantTruth& t, Loop& loop) {
+  log::TruthRow row = airframe_row(t_s, t);
   for (std::size_t i = 0; i < 4; ++i) row.esc_limiter[i] = static_cast<double>(t.esc[i].limiter);
   row.bus_A = t.bus_A;
   if (const auto load = loop.esc_bus().load_by_window_percent(); !load.empty()) row.load_esc_percent = static_cast<double>(load.back());

@@ -166,7 +166,19 @@ void AirframeProcess::step_ms() {
 void AirframeProcess::sample() {
   plant_.dynamics->evaluate_rotors(omega_rad_s_);
   if (now_ns_ % kMs_ns == 0) truth_p_W_m_[static_cast<std::size_t>(now_ns_ / kMs_ns) % kTruths] = airframe().state().p_W_m;
-  plant_.sensors->poll(now_ns_, airframe().state(), omega_rad_s_);
+  if (plant_.sensors->poll(now_ns_, airframe().state(), omega_rad_s_) && on_truth) on_truth(flown_s(), truth());
+}
+
+PlantTruth AirframeProcess::truth() const {
+  PlantTruth t;
+  t.state = airframe().state();
+  t.omega_rad_s = omega_rad_s_;
+  const auto& loads = plant_.dynamics->loads();
+  for (std::size_t i = 0; i < t.thrust_N.size(); ++i) {
+    t.thrust_N[i] = loads[i].force_R_N.z();
+    t.shaft_torque_N_m[i] = loads[i].shaft_torque_N_m;
+  }
+  return t;
 }
 
 }  // namespace rotorloop::hil

@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <set>
 
@@ -18,6 +19,8 @@ class AirframeProcess {
   // `inputs` and both buses outlive it. One bus may serve as both.
   AirframeProcess(const Scenario& scenario, const Inputs& inputs, const FlightRequest& request, const ProcessPace& pace,
                   TimedBus& state_bus, TimedBus& esc_bus);
+
+  std::function<void(double t_s, const PlantTruth&)> on_truth;  // of each IMU sample; may be empty
 
   // Takes what arrived and does what is due. Returns when it has something to do again, of the bus's clock; a frame may come earlier.
   std::int64_t advance();
@@ -42,6 +45,7 @@ class AirframeProcess {
   bool due();
   void step_ms();
   void sample();
+  PlantTruth truth() const;
   void judge(const protocols::state::TrackingSetpoint& setpoint);
   void finish(ExitCode code, std::string reason);
   void run_down(ExitCode code, std::string reason);

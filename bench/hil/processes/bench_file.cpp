@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "bench/hil/flight/scenario.hpp"
 #include "host/base/toml_file.hpp"
@@ -11,12 +12,32 @@
 namespace rotorloop::hil {
 namespace {
 
-std::string read_bus(const TomlTable& buses, const char* key) {
-  std::string name = buses.text(key);
+std::string read_bus(const TomlTable& buses, const char* key, const std::string& fallback = "") {
+  std::string name = fallback.empty() ? buses.text(key) : buses.text(key, fallback);
   if (parse_bus_name(name, buses.where(key)).backend == BusBackend::virtual_bus)
     buses.fail(key, fmt::format("\"{}\" is a virtual bus, which ends at one process", name), "",
                "use mcast:0, socketcan:can0 or another bus that others can join");
   return name;
+}
+
+// Of all, and where an adapter has one user only or a program another adapter: of one process.
+void read_buses(const TomlTable& root, BenchFile& b) {
+  const TomlTable all = root.table("bus");
+  const BenchFile::Buses common{.esc = read_bus(all, "esc"), .state = read_bus(all, "state")};
+  const auto check = [](const TomlTable& at, const BenchFile::Buses& buses) {
+    if (buses.esc == buses.state)
+      at.fail("state", fmt::format("\"{}\" is the bus of the ESCs too", buses.state), "one bus does not carry both at 1 kHz",
+              "give each a bus of its own");
+  };
+  check(all, common);
+  b.airframe_buses = b.fly_buses = common;
+  for (const auto& [key, buses] : {std::pair{"airframe", &b.airframe_buses}, std::pair{"fly", &b.fly_buses}}) {
+    const auto own = all.optional_table(key);
+    if (!own) continue;
+    *buses = {.esc = read_bus(*own, "esc", common.esc), .state = read_bus(*own, "state", common.state)};
+    check(*own, *buses);
+  }
+  b.esc_buses.fill(common.esc);
 }
 
 void read_escs(const TomlTable& root, BenchFile& b) {
@@ -24,6 +45,7 @@ void read_escs(const TomlTable& root, BenchFile& b) {
   for (std::size_t i = 0; i < escs.size(); ++i) {
     b.esc_nodes[i] = static_cast<std::uint8_t>(escs[i].integer("node_id", 1, 125));
     b.esc_simulated[i] = escs[i].boolean("simulated");
+    b.esc_buses[i] = read_bus(escs[i], "bus", b.esc_buses[i]);
     if (std::find(b.esc_nodes.begin(), b.esc_nodes.begin() + static_cast<std::ptrdiff_t>(i), b.esc_nodes[i]) !=
         b.esc_nodes.begin() + static_cast<std::ptrdiff_t>(i))
       escs[i].fail("node_id", fmt::format("node_id = {} stands here twice", b.esc_nodes[i]), "two nodes of one id silence each other",
@@ -49,12 +71,7 @@ BenchFile read_bench(const std::filesystem::path& path) {
   b.silence_s = root.number("silence_s", {0.1, 3600.0, "s"}, b.silence_s);
   b.airframe = root.choice("airframe", {"local", "elsewhere"}, "local") == "local";
   b.fly = root.choice("fly", {"local", "elsewhere"}, "local") == "local";
-  const auto buses = root.table("bus");
-  b.esc_bus = read_bus(buses, "esc");
-  b.state_bus = read_bus(buses, "state");
-  if (b.esc_bus == b.state_bus)
-    buses.fail("state", fmt::format("\"{}\" is the bus of the ESCs too", b.state_bus), "one bus does not carry both at 1 kHz",
-               "give each a bus of its own");
+  read_buses(root, b);
   read_escs(root, b);
   file.refuse_unknown_keys();
   return b;

@@ -13,10 +13,14 @@ struct BenchFile {
   std::uint64_t seed = 0;       // 0: the scenario's first
   std::string pace = "realtime";
   double wait_s = 30.0, silence_s = 2.0;
-  std::string esc_bus, state_bus;
+  struct Buses {
+    std::string esc, state;
+  };
+  Buses airframe_buses, fly_buses;                            // as each of them names them
   bool airframe = true, fly = true;                           // are local
   std::array<std::uint8_t, 4> esc_nodes{21, 22, 23, 24};      // of esc_index 0 to 3; all different
   std::array<bool, 4> esc_simulated{true, true, true, true};  // local
+  std::array<std::string, 4> esc_buses;
 };
 
 // Throws Error (ExitCode::usage) with file, line, key, value, range and remedy.

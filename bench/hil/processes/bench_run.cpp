@@ -38,7 +38,7 @@ class Bench {
   Bench(const BenchFile& bench, const BenchStart& start) : bench_(bench), start_(start) {
     for (std::size_t i = 0; i < bench.esc_nodes.size(); ++i)
       if (bench.esc_simulated[i]) add_esc(i);
-    if (bench.airframe) airframe_ = add("airframe", flight_words("airframe"));
+    if (bench.airframe) airframe_ = add("airframe", flight_words("airframe", bench.airframe_buses, "truth.csv"));
     if (bench.fly) fly_ = add_fly();
   }
 
@@ -73,25 +73,26 @@ class Bench {
 
   void add_esc(std::size_t i) {
     const std::string name = fmt::format("esc{}", bench_.esc_nodes[i]);
-    add(name, {"esc-sim", "--bus", bench_.esc_bus, "--node-id", std::to_string(bench_.esc_nodes[i]), "--esc-index", std::to_string(i),
+    add(name, {"esc-sim", "--bus", bench_.esc_buses[i], "--node-id", std::to_string(bench_.esc_nodes[i]), "--esc-index", std::to_string(i),
                "--plant", read_scenario(bench_.scenario).plant.string(), "--pace", bench_.pace, "--silence",
                fmt::format("{}", bench_.silence_s), "--bridge-log", in_folder(name + "_bridge.csv")});
   }
-  std::vector<std::string> flight_words(const char* command) const {
+  std::vector<std::string> flight_words(const char* command, const BenchFile::Buses& buses, const char* log) const {
     std::vector<std::string> w{command,       bench_.scenario.string(),
-                               "--esc-bus",   bench_.esc_bus,
-                               "--state-bus", bench_.state_bus,
+                               "--esc-bus",   buses.esc,
+                               "--state-bus", buses.state,
                                "--pace",      bench_.pace,
                                "--wait",      fmt::format("{}", bench_.wait_s),
                                "--silence",   fmt::format("{}", bench_.silence_s),
-                               "--esc-nodes", fmt::format("{}", fmt::join(bench_.esc_nodes, ","))};
+                               "--esc-nodes", fmt::format("{}", fmt::join(bench_.esc_nodes, ",")),
+                               "--log",       in_folder(log)};
     if (!bench_.flight.empty()) w.insert(w.end(), {"--flight", bench_.flight});
     if (bench_.seed != 0) w.insert(w.end(), {"--seed", std::to_string(bench_.seed)});
+    if (!bench_.variant.empty()) w.insert(w.end(), {"--variant", bench_.variant});
     return w;
   }
   Member* add_fly() {
-    std::vector<std::string> w = flight_words("fly");
-    if (!bench_.variant.empty()) w.insert(w.end(), {"--variant", bench_.variant});
+    std::vector<std::string> w = flight_words("fly", bench_.fly_buses, "flight.csv");
     w.insert(w.end(), {"--record-esc", in_folder("esc.log"), "--record-state", in_folder("state.log")});
     w.insert(w.end(), start_.fly_arguments.begin(), start_.fly_arguments.end());
     return add("fly", std::move(w));

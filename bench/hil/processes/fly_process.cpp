@@ -16,11 +16,19 @@ constexpr std::int64_t kPoll_ns = 1'000'000;  // paced: the flight computer watc
 
 }  // namespace
 
+std::optional<StampedFrame> SampleBySample::receive() {
+  if (sample_given_) return std::nullopt;
+  const auto received = bus_.receive();
+  sample_given_ = received && !received->frame.extended && received->frame.id == state::kAccelId;  // the second frame of a sample
+  return received;
+}
+
 FlyProcess::FlyProcess(const Scenario& scenario, const Inputs& inputs, const FlightRequest& request, const ProcessPace& pace,
                        double ceiling_rad_s, TimedBus& state_bus, TimedBus& esc_bus, const std::atomic<bool>* stop)
     : config_(loop_config(scenario, inputs, request)),
       pace_(pace),
       state_bus_(state_bus),
+      sample_bus_(state_bus),
       opened_ns_(state_bus.now_ns()),
       heard_ns_(opened_ns_) {
   controller_ = make_controller(scenario, inputs, request, stop, config_);
@@ -29,7 +37,7 @@ FlyProcess::FlyProcess(const Scenario& scenario, const Inputs& inputs, const Fli
   config_.computer.ceiling_rad_s = ceiling_rad_s;
   const host::Trajectory& trajectory = inputs.trajectories[request.flight];
   end_us_ = static_cast<std::int64_t>(1e6 * flight_duration_s(config_, trajectory));
-  computer_ = std::make_unique<host::FlightComputer>(inputs.vehicle, config_.computer, *controller_, trajectory, state_bus, esc_bus);
+  computer_ = std::make_unique<host::FlightComputer>(inputs.vehicle, config_.computer, *controller_, trajectory, sample_bus_, esc_bus);
 }
 
 // The airframe's time. In lockstep it stands still between two samples.
@@ -49,8 +57,11 @@ void FlyProcess::finish(ExitCode code, std::string reason) {
 void FlyProcess::stop(std::string reason) { finish(ExitCode::safety, std::move(reason)); }
 
 std::int64_t FlyProcess::advance() {
-  computer_->poll(now_us());
-  while (const host::FlightRecord* record = computer_->take_record()) judge(*record);
+  do {
+    sample_bus_.go_on();
+    computer_->poll(now_us());
+    if (const host::FlightRecord* record = computer_->take_record()) judge(*record);
+  } while (sample_bus_.sample_given());
   if (!end_.ended && record_us_ < 0) announce();
   if (!end_.ended) look_for_silence();
   return state_bus_.now_ns() + (record_us_ >= 0 && pace_.pace > 0.0 ? kPoll_ns : kLook_ns);

@@ -4,12 +4,32 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include "bench/hil/flight/flight.hpp"
 #include "bench/hil/processes/process_end.hpp"
 #include "host/bus/timed_bus.hpp"
 
 namespace rotorloop::hil {
+
+// The state bus sample by sample: nothing is received behind an IMU sample until its control step was taken. In lockstep the next sample
+// may be there before a poll ends, and two steps in one poll would leave the record of the second alone.
+class SampleBySample final : public CanBus {
+ public:
+  explicit SampleBySample(CanBus& bus) : bus_(bus) {}
+  void go_on() { sample_given_ = false; }
+  bool sample_given() const { return sample_given_; }
+  SendStatus send(const CanFrame& frame) override { return bus_.send(frame); }
+  std::optional<StampedFrame> receive() override;
+  BusState state() const override { return bus_.state(); }
+  PortCounters counters() const override { return bus_.counters(); }
+  bool set_filters(std::span<const CanFilter> filters) override { return bus_.set_filters(filters); }
+
+ private:
+  CanBus& bus_;
+  bool sample_given_ = false;
+};
 
 class FlyProcess {
  public:
@@ -28,6 +48,8 @@ class FlyProcess {
   bool begun() const { return record_us_ >= 0; }
   double flown_s() const { return 1e-6 * static_cast<double>(record_us_); }
   const host::FlightComputer& computer() const { return *computer_; }
+  // Of a rotor while it waits for take-off: below it no flight begins.
+  double idle_rad_s() const { return config_.computer.idle_rad_s; }
   std::uint64_t samples_heard() const { return samples_; }
 
  private:
@@ -40,6 +62,7 @@ class FlyProcess {
   LoopConfig config_;
   ProcessPace pace_;
   TimedBus& state_bus_;
+  SampleBySample sample_bus_;
   std::unique_ptr<host::FlightController> controller_;
   std::unique_ptr<host::FlightComputer> computer_;
   ProcessEnd end_, pending_;

@@ -29,6 +29,8 @@ class CsvWriter {
   ~CsvWriter();
   // Flushes and closes; returns the SHA-256 of the file. Call once; the destructor closes without hash if it was not.
   std::string close();
+  // On disk from here on: of a process that may be killed. Throws Error when the disk refused.
+  void flush();
   std::uint64_t bytes() const { return bytes_; }
 
  protected:
@@ -40,7 +42,6 @@ class CsvWriter {
   static constexpr std::size_t kRowBytes = 4096;
 
  private:
-  void flush();
   std::filesystem::path path_;
   int file_ = -1;
   std::vector<char> buffer_;

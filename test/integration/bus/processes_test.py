@@ -14,7 +14,7 @@ import time
 
 import bus_namespace
 import bus_test
-from rotorloop_cli import CommandTest, main
+from rotorloop_cli import MISSED_LIMIT, SCENARIO, CommandTest, main
 
 DEADLINE_s = 400
 BUSES = ("--esc-bus", "mcast:3", "--state-bus", "mcast:4")
@@ -96,6 +96,28 @@ state = "{keys['state']}"
         self.assertIn("flown:    5.800 s of short/climb", done.stdout)
         self.assertEqual([self.bridge_log(n)[-1][0] for n in (31, 32, 33, 34)], ["off"] * 4)
         self.assertGreaterEqual(frames(self.path / "runs/bench/esc.log")["0A0"], 5800)
+        self.assert_logs_meet(self.path / "runs/bench")
+
+    def rows(self, path):
+        """{t: {column: value}} of a log."""
+        lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+        names = lines[0].split(",")
+        return {row["t[s]"]: row for row in (dict(zip(names, line.split(","))) for line in lines[1:])}
+
+    def assert_logs_meet(self, run):
+        """Controller and airframe wrote the same flight: 1000 rows a second with the same times, estimate and truth within 10 cm."""
+        flight, truth = self.rows(run / "flight.csv"), self.rows(run / "truth.csv")
+        both = flight.keys() & truth.keys()
+        self.assertGreaterEqual(len(both), 5800)
+        for t in (t for t in both if float(t) > 2.0):
+            self.assertAlmostEqual(float(flight[t]["est_p_z[m]"]), float(truth[t]["true_p_z[m]"]), delta=0.1)
+        self.assertAlmostEqual(max(float(row["true_p_z[m]"]) for row in truth.values()), 3.0, delta=0.05)
+
+    def test_a_limit_of_the_scenario_that_is_missed_ends_the_bench_with_6(self):
+        self.write("s.toml", SCENARIO + MISSED_LIMIT.format(variant="pd_ff"))
+        done = self.run_command("hil", self.bench(), timeout_s=DEADLINE_s)
+        self.assertEqual(done.returncode, 6, done.stdout + done.stderr)
+        self.assertIn("MISSED", done.stdout)
 
     def killed_in_flight(self, name, *words):
         """kill -9 of one process of a bench during the climb: how the bench ended."""
@@ -167,6 +189,8 @@ state = "{keys['state']}"
                 (("fly", "s.toml", "--esc-bus", "mcast:3", "--state-bus", "mcast:3"), '"mcast:3" is the bus of the ESCs too'),
                 (("fly", "s.toml", "--esc-bus", "virtual:", "--state-bus", "mcast:3"), "a virtual bus ends at this process"),
                 (("fly", "s.toml", "--esc-bus", "socketcan:can0", "--state-bus", "mcast:3"), "motors on socketcan:can0 would run, up to 3000 rpm"),
+                (("fly", "s.toml", "--esc-bus", "slcan-server:escs", "--state-bus", "mcast:3", "--props-off"),
+                 "3000 rpm is below the 3820 rpm at which this vehicle's rotors idle: no flight can begin"),
                 (("fly", "s.toml", *BUSES, "--pace", "fast"), '"fast" is no pace'),
                 (("airframe", "s.toml", *BUSES, "--flight", "climbs"), '"climbs" is not a flight'),
                 (("airframe", "s.toml", *BUSES, "--esc-nodes", "21,22,22,24"), "a node id stands here twice"),

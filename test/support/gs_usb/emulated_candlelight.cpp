@@ -92,15 +92,16 @@ struct EmulatedCandlelight::Channel final : WireController {
   }
 };
 
-EmulatedCandlelight::EmulatedCandlelight(CanWire& wire, CandlelightOptions options) : wire_(wire), options_(std::move(options)) {
+EmulatedCandlelight::EmulatedCandlelight(std::vector<CanWire*> wires, CandlelightOptions options)
+    : wires_(std::move(wires)), options_(std::move(options)) {
   for (unsigned n = 0; n < options_.channels; ++n) {
     channels_.push_back(std::make_unique<Channel>(*this, n));
-    wire_.join(*channels_.back());
+    wire_of(n).join(*channels_.back());
   }
 }
 
 EmulatedCandlelight::~EmulatedCandlelight() {
-  for (const auto& c : channels_) wire_.leave(*c);
+  for (const auto& c : channels_) wire_of(c->number).leave(*c);
 }
 
 WireController& EmulatedCandlelight::controller(unsigned channel) { return *channels_[channel]; }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "test/support/gs_usb/can_wire.hpp"
@@ -40,7 +41,9 @@ struct CandlelightFaults {
 
 class EmulatedCandlelight {
  public:
-  EmulatedCandlelight(CanWire& wire, CandlelightOptions options);
+  // Channel n is on bus n, counted round: one bus connects all channels of an adapter, two keep a pair of them apart.
+  EmulatedCandlelight(std::vector<CanWire*> wires, CandlelightOptions options);
+  EmulatedCandlelight(CanWire& wire, CandlelightOptions options) : EmulatedCandlelight(std::vector{&wire}, std::move(options)) {}
   ~EmulatedCandlelight();
   EmulatedCandlelight(const EmulatedCandlelight&) = delete;
   EmulatedCandlelight& operator=(const EmulatedCandlelight&) = delete;
@@ -76,7 +79,9 @@ class EmulatedCandlelight {
   std::uint32_t features() const;
   void push(const Bytes& message);
 
-  CanWire& wire_;
+  CanWire& wire_of(unsigned channel) { return *wires_[channel % wires_.size()]; }
+
+  std::vector<CanWire*> wires_;
   CandlelightOptions options_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::deque<Bytes> to_host_;

@@ -1,0 +1,106 @@
+"""kill -9 of one process of a bench at random times, over and over: how all the others end.
+
+After each: `hil` ends with 4 and the name, no process is left, each bridge that was on went off at most 250 ms after the newest command by the
+ESC's own clock, and both recordings and both logs can be read. How long the others took is printed; it is judged (--within) in a guest alone,
+whose clock is virtual: a busy machine makes all of them slow.
+usage: process_deaths.py ROTORLOOP [--count N] [--seed N] [--esc-bus BUS --state-bus BUS] [--within SECONDS]
+"""
+import argparse
+import os
+import pathlib
+import random
+import signal
+import sys
+import time
+import unittest
+
+import bus_namespace
+import processes_test
+from rotorloop_cli import CommandTest
+
+NODES = (21, 22, 23, 24)
+MEMBERS = {"airframe": ("airframe",), "fly": ("fly",), **{f"esc{n}": ("esc-sim", str(n)) for n in NODES}}
+LAST_ms = 4900  # of 5800 flown
+TIMEOUT_ms = 250
+given = None
+
+
+class Deaths(processes_test.FlightProcesses):
+    def flown_ms(self):
+        """Of the flight so far, by the controller's log, which is on disk after each second."""
+        log = self.path / "runs/bench/flight.csv"
+        if not log.exists():
+            return -1.0
+        with log.open("rb") as file:
+            file.seek(max(0, log.stat().st_size - 4096))
+            last = file.read().rsplit(b"\n", 2)[-2:-1]
+        cell = last[0].split(b",")[0] if last else b""
+        return 1000 * float(cell) if cell[:1].isdigit() else -1.0
+
+    def kill(self, who, at_ms):
+        """Seconds that all others took to end, and the longest age of a newest command when a bridge went off."""
+        hil = self.start("hil", self.bench(esc=given.esc_bus, state=given.state_bus))
+        while self.flown_ms() < at_ms // 1000 * 1000:  # set-points of the second before are on disk
+            self.assertIsNone(hil.poll(), "the bench ended by itself")
+            time.sleep(0.01)
+        time.sleep(0.3 * (at_ms % 1000) / 1000)  # somewhere in what follows; the flight goes on for a second and more, at whatever pace
+        members = {name: self.member(hil, *words) for name, words in MEMBERS.items()}
+        os.kill(members[who], signal.SIGKILL)
+        begin_s = time.monotonic()
+        out, err = hil.communicate(timeout=processes_test.DEADLINE_s)
+        took_s = time.monotonic() - begin_s
+        self.assertEqual(hil.returncode, 4, out + err)
+        self.assertIn(f"hil: {who} was ended by signal 9: all others were stopped, motors off", err)
+        self.assertFalse([name for name, pid in members.items() if pathlib.Path(f"/proc/{pid}").exists()], "left behind")
+        return took_s, self.oldest_command_ms(who)
+
+    def oldest_command_ms(self, killed):
+        ages = [0.0]
+        for node in NODES:
+            changes = self.bridge_log(node)
+            if f"esc{node}" == killed or not changes:
+                continue
+            self.assertEqual(changes[-1][0], "off", node)
+            self.assertLessEqual(changes[-1][1], TIMEOUT_ms, node)
+            ages.append(changes[-1][1])
+        return max(ages)
+
+    def assert_readable(self):
+        for name in ("esc.log", "state.log"):
+            done = self.run_command("bus", "stat", f"runs/bench/{name}")
+            self.assertEqual(done.returncode, 0, done.stderr)
+        for name in ("flight.csv", "truth.csv"):
+            lines = (self.path / "runs/bench" / name).read_text(encoding="utf-8").splitlines()
+            columns = next(line for line in lines if not line.startswith("#")).count(",")
+            rows = [line for line in lines if line[:1].isdigit()]
+            self.assertTrue(all(row.count(",") == columns for row in rows[:-1]), name)
+
+    def test_kill_9_at_random_times(self):
+        numbers = random.Random(given.seed)
+        longest_s = 0.0
+        for i in range(given.count):
+            who, at_ms = list(MEMBERS)[i % len(MEMBERS)], numbers.randrange(LAST_ms)
+            took_s, age_ms = self.kill(who, at_ms)
+            self.assert_readable()
+            longest_s = max(longest_s, took_s)
+            print(f"{who} killed soon after {at_ms // 1000} s: all others ended within {took_s:.3f} s, newest command {age_ms:.1f} ms old", flush=True)
+            if given.within:
+                self.assertLessEqual(took_s, given.within)
+            (self.path / "runs").rename(self.path / f"runs{i}")
+        print(f"{given.count} kills: all others ended within {longest_s:.3f} s", flush=True)
+
+
+if __name__ == "__main__":
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("program")
+    options.add_argument("--count", type=int, default=50)
+    options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--esc-bus", default="mcast:5")
+    options.add_argument("--state-bus", default="mcast:6")
+    options.add_argument("--within", type=float, help="s of a guest's clock in which all others must end")
+    given = options.parse_args()
+    if given.esc_bus.startswith("mcast:"):
+        bus_namespace.enter()
+    CommandTest.program = os.path.abspath(given.program)
+    suite = unittest.TestSuite([Deaths("test_kill_9_at_random_times")])
+    sys.exit(not unittest.TextTestRunner(verbosity=2).run(suite).wasSuccessful())
