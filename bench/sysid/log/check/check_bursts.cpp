@@ -10,6 +10,7 @@
 #include "bench/sysid/log/check/check_steps.hpp"
 #include "bench/sysid/log/check/gyro_turn.hpp"
 #include "bench/sysid/log/check/stream_access.hpp"
+#include "host/base/rotation_vector.hpp"
 #include "host/base/statistics.hpp"
 
 namespace rotorloop::log {
@@ -40,7 +41,7 @@ Eigen::Vector3d median_turn(const std::vector<Eigen::Quaterniond>& turn, std::si
   const std::size_t stride = std::max<std::size_t>(1, (end - from) / kWindowPoses);
   std::vector<double> axis[3];
   for (std::size_t j = from; j < end; j += stride) {
-    const Eigen::Vector3d v = rotation_vector(turn[j] * turn[origin].conjugate());
+    const Eigen::Vector3d v = log_q(turn[j] * turn[origin].conjugate());
     for (Eigen::Index k = 0; k < 3; ++k) axis[k].push_back(v[k]);
   }
   return {median(axis[0]), median(axis[1]), median(axis[2])};

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "bench/sysid/log/check/stream_access.hpp"
+#include "host/base/rotation_vector.hpp"
 #include "host/base/statistics.hpp"
 
 namespace rotorloop::log {
@@ -20,11 +21,6 @@ constexpr double kMedianOfThree = 1.54;  // median length of a vector of three n
 constexpr int kGyroFitRounds = 12;
 constexpr double kLatest_s = 0.1, kLeastGain = 0.7, kMostGain = 1.3;  // beyond: not one motion
 
-Quaterniond turned_by(const Vector3d& v) {
-  const double a = v.norm();
-  return a < 1e-12 ? Quaterniond::Identity() : Quaterniond(Eigen::AngleAxisd(a, v / a));
-}
-
 // One round of weighted least squares: turns of the pose against those of the gyro.
 struct FitRound {
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();  // of a row of the turn and its bias, alike for the three axes
@@ -37,9 +33,9 @@ struct FitRound {
     for (std::size_t i = s.first; i + step < s.end; i += std::max<std::size_t>(1, step / 2)) {
       const double from = r.pose.t_s[i] - fit.late_s, to = r.pose.t_s[i + step] - fit.late_s;
       if (!raw.covers(from) || !raw.covers(to) || to - from > 3.0 * kTurnStep_s) continue;
-      const Vector3d seen = rotation_vector(r.pose.value[i].q_WS.conjugate() * r.pose.value[i + step].q_WS);
+      const Vector3d seen = log_q(r.pose.value[i].q_WS.conjugate() * r.pose.value[i + step].q_WS);
       Eigen::Vector4d x;
-      x << rotation_vector(raw.attitude(from).conjugate() * raw.attitude(to)), to - from;
+      x << log_q(raw.attitude(from).conjugate() * raw.attitude(to)), to - from;
       const Vector3d error = seen - fit.turn * x.head<3>() - fit.bias_rad_s * x[3];
       const double u = error.norm() / (kTukey * scale_rad), w = u < 1.0 ? (1.0 - u * u) * (1.0 - u * u) : 0.0;
       errors_rad.push_back(error.norm());
@@ -65,12 +61,6 @@ void take_turn_and_bias(GyroFit& fit, const FitRound& sum) {
 }
 
 }  // namespace
-
-Vector3d rotation_vector(Quaterniond q) {
-  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
-  const double s = q.vec().norm();
-  return (s < 1e-12 ? 2.0 : 2.0 * std::atan2(s, q.w()) / s) * q.vec();
-}
 
 std::vector<GyroStretch> gyro_stretches(const FlightRecord& r, double late_s) {
   const auto& t = r.gyro_B_rad_s.t_s;
@@ -112,7 +102,7 @@ GyroTurn::GyroTurn(const Stream<Vector3d>& gyro, const GyroStretch& s, const Gyr
   attitude_.push_back(Quaterniond::Identity());
   for (std::size_t i = 1; i < t_s_.size(); ++i) {
     const Vector3d turn = 0.5 * (rate_rad_s_[i - 1] + rate_rad_s_[i]) * (t_s_[i] - t_s_[i - 1]);
-    attitude_.push_back((attitude_.back() * turned_by(turn)).normalized());
+    attitude_.push_back((attitude_.back() * exp_q(turn)).normalized());
   }
 }
 
@@ -123,7 +113,7 @@ std::size_t GyroTurn::before(double t_s) const {
 
 Quaterniond GyroTurn::attitude(double t_s) const {
   const std::size_t i = before(t_s);
-  return attitude_[i] * turned_by(0.5 * (rate_rad_s_[i] + rate_rad_s(t_s)) * (t_s - t_s_[i]));
+  return attitude_[i] * exp_q(0.5 * (rate_rad_s_[i] + rate_rad_s(t_s)) * (t_s - t_s_[i]));
 }
 
 Vector3d GyroTurn::rate_rad_s(double t_s) const {

@@ -9,8 +9,6 @@
 
 namespace rotorloop::log {
 
-Eigen::Vector3d rotation_vector(Eigen::Quaterniond q);  // the shorter way round, rad
-
 // What has to be known of a gyro before its integral can be compared with attitudes: rate of the pose sensor = turn * gyro + bias; a pose
 // stamped t shows the attitude of t - late_s.
 struct GyroFit {
