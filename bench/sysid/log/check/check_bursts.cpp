@@ -29,7 +29,8 @@ constexpr double kStampJitter_s = 0.005;  // of the stamps
 constexpr double kMostBursts = 0.2;       // of the poses; more is another fault, which later checks name
 constexpr std::size_t kWindowPoses = 60;  // of a window that are looked at
 
-// How far each pose is from what the poses around it and the gyro say, and how fast it turns.
+// How far each pose of one stretch of the gyro is from what the poses around it and the gyro say, and how fast it turns. Beyond a gap of
+// the gyro its integral begins anew, so that turns of two stretches must not be compared.
 struct Departures {
   std::vector<std::size_t> pose;
   std::vector<Eigen::Quaterniond> turn;  // of the pose against the integrated gyro
@@ -47,9 +48,9 @@ Eigen::Vector3d median_turn(const std::vector<Eigen::Quaterniond>& turn, std::si
   return {median(axis[0]), median(axis[1]), median(axis[2])};
 }
 
-void add_departures(const FlightRecord& r, const GyroStretch& s, const GyroFit& fit, Departures& out) {
+Departures departures_of(const FlightRecord& r, const GyroStretch& s, const GyroFit& fit) {
   const GyroTurn gyro(r.gyro_B_rad_s, s, fit);
-  const std::size_t begin = out.pose.size();
+  Departures out;
   for (std::size_t i = s.first; i < s.end; ++i) {
     const double t = r.pose.t_s[i] - fit.late_s;
     if (!gyro.covers(t)) continue;
@@ -58,8 +59,9 @@ void add_departures(const FlightRecord& r, const GyroStretch& s, const GyroFit& 
     out.rate_rad_s.push_back(gyro.rate_rad_s(t).norm());
   }
   const auto half = static_cast<std::size_t>(std::max(1.0, std::round(kHalfWindow_s / period_s(r.pose))));
-  for (std::size_t i = begin; i < out.pose.size(); ++i)
-    out.rad.push_back(median_turn(out.turn, i > begin + half ? i - half : begin, std::min(out.pose.size(), i + half + 1), i).norm());
+  for (std::size_t i = 0; i < out.pose.size(); ++i)
+    out.rad.push_back(median_turn(out.turn, i > half ? i - half : 0, std::min(out.pose.size(), i + half + 1), i).norm());
+  return out;
 }
 
 // Poses before `first` and behind `last` stand alike against the gyro: not so where the axes turn and stay turned.
@@ -89,9 +91,16 @@ double usual_repeat_s(const Stream<PoseReading>& pose) {
   return between.empty() ? 0.0 : std::max(0.0, quantile(std::move(between), 0.9) - period_s(pose));
 }
 
+// What four fifths of the poses keep within, over all stretches: a short one may be a burst for the most part.
+double usual_departure_rad(const std::vector<Departures>& stretches) {
+  std::vector<double> all;
+  for (const Departures& d : stretches) all.insert(all.end(), d.rad.begin(), d.rad.end());
+  return quantile(std::move(all), 1.0 - kMostBursts);
+}
+
 // Marks the poses of bursts; returns the largest departure of one.
-double mark_bursts(const Stream<PoseReading>& pose, const Departures& d, std::vector<char>& burst) {
-  const double usual_rad = quantile(d.rad, 1.0 - kMostBursts), late_s = usual_repeat_s(pose) + kStampJitter_s;
+double mark_bursts(const Stream<PoseReading>& pose, const Departures& d, double usual_rad, std::vector<char>& burst) {
+  const double late_s = usual_repeat_s(pose) + kStampJitter_s;
   const auto beyond = [&](std::size_t k, double least_rad, double multiple) {
     return d.rad[k] > std::max(least_rad, multiple * usual_rad) + late_s * d.rate_rad_s[k];
   };
@@ -121,12 +130,16 @@ void check_bursts(CheckState& s) {
   Stream<PoseReading>& pose = s.record.pose;
   const auto fit = fitted_gyro(s.record);
   if (!fit) return;
-  Departures departures;
-  for (const GyroStretch& stretch : gyro_stretches(s.record, fit->late_s)) add_departures(s.record, stretch, *fit, departures);
+  std::vector<Departures> departures;
+  for (const GyroStretch& stretch : gyro_stretches(s.record, fit->late_s)) departures.push_back(departures_of(s.record, stretch, *fit));
+  std::erase_if(departures, [](const Departures& d) { return d.pose.empty(); });
   const auto half = static_cast<std::size_t>(std::max(1.0, std::round(kHalfWindow_s / period_s(pose))));
-  if (departures.pose.empty() || stays_turned(departures, half)) return;
+  if (departures.empty() || std::any_of(departures.begin(), departures.end(), [&](const Departures& d) { return stays_turned(d, half); }))
+    return;
+  const double usual_rad = usual_departure_rad(departures);
   std::vector<char> burst(pose.size(), 0);
-  const double largest_rad = mark_bursts(pose, departures, burst);
+  double largest_rad = 0.0;
+  for (const Departures& d : departures) largest_rad = std::max(largest_rad, mark_bursts(pose, d, usual_rad, burst));
   const auto count = std::count(burst.begin(), burst.end(), char{1});
   if (count == 0 || static_cast<double>(count) > kMostBursts * static_cast<double>(pose.size())) return;
   const std::vector<TimeRange> found = stretches(pose.t_s, burst, 1.5 * period_s(pose));

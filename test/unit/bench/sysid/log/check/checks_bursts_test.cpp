@@ -54,6 +54,25 @@ struct Case {
   double late_s;         // of the poses' stamps
 };
 
+// All named in one finding, nothing left between their ends and nothing lost beside them.
+void expect_cut(const FlightRecord& r, const CheckedFlight& c, const std::vector<Burst>& bursts, double late_s) {
+  const LogFinding* found = find(c, "pose", FindingAction::exclude, "and comes back");
+  ASSERT_NE(found, nullptr) << findings_table(c);
+  EXPECT_EQ(std::atoi(found->what.c_str()), static_cast<int>(bursts.size())) << found->what;
+  std::size_t left = 0, lost = 0;
+  for (const double t : r.pose.t_s) {
+    const double on_clock = t - late_s;
+    const bool there = std::binary_search(c.flight.pose.t_s.begin(), c.flight.pose.t_s.end(), t);
+    for (const Burst& b : bursts) {
+      left += there && on_clock > b.from_s + 0.02 && on_clock < b.to_s - 0.02;
+      lost +=
+          !there && ((on_clock < b.from_s - 0.025 && on_clock > b.from_s - 0.5) || (on_clock > b.to_s + 0.025 && on_clock < b.to_s + 0.5));
+    }
+  }
+  EXPECT_EQ(left, 0u) << findings_table(c);
+  EXPECT_EQ(lost, 0u) << findings_table(c);
+}
+
 class Bursts : public ::testing::TestWithParam<Case> {};
 
 TEST_P(Bursts, OfAttitudeAreCutAtBothEndsWithin25msAndTheFlightStaysInOnePart) {
@@ -65,21 +84,7 @@ TEST_P(Bursts, OfAttitudeAreCutAtBothEndsWithin25msAndTheFlightStaysInOnePart) {
     for (Eigen::Vector3d& w : f.record.gyro_B_rad_s.value) w = turn * w;
     for (double& t : f.record.pose.t_s) t += GetParam().late_s;
     const CheckedFlight c = check_flight(f.record, f.vehicle);
-    const LogFinding* found = find(c, "pose", FindingAction::exclude, "and comes back");
-    ASSERT_NE(found, nullptr) << findings_table(c);
-    EXPECT_EQ(std::atoi(found->what.c_str()), static_cast<int>(bursts.size())) << found->what;
-    std::size_t left = 0, lost = 0;
-    for (std::size_t i = 0; i < f.record.pose.size(); ++i) {
-      const double t = f.record.pose.t_s[i], on_clock = t - GetParam().late_s;
-      const bool there = std::binary_search(c.flight.pose.t_s.begin(), c.flight.pose.t_s.end(), t);
-      for (const Burst& b : bursts) {
-        left += there && on_clock > b.from_s + 0.02 && on_clock < b.to_s - 0.02;
-        lost += !there &&
-                ((on_clock < b.from_s - 0.025 && on_clock > b.from_s - 0.5) || (on_clock > b.to_s + 0.025 && on_clock < b.to_s + 0.5));
-      }
-    }
-    EXPECT_EQ(left, 0u) << findings_table(c);
-    EXPECT_EQ(lost, 0u) << findings_table(c);
+    expect_cut(f.record, c, bursts, GetParam().late_s);
     EXPECT_TRUE(GetParam().gyro_turn_rad != 0.0 || c.segments.size() == 1) << findings_table(c);
   }
 }
@@ -89,6 +94,26 @@ INSTANTIATE_TEST_SUITE_P(Shapes, Bursts,
                                            Case{"noise", Shape::noise, 0.0, 0.0}, Case{"swell_turned", Shape::swell, 0.15, 0.0},
                                            Case{"swell_late", Shape::swell, 0.0, 0.012}),
                          [](const auto& i) { return i.param.name; });
+
+// Of radio telemetry packets go missing: the integral of the gyro begins anew behind the gap.
+TEST(Bursts, OnBothSidesOfGapsInTheGyroOf30And300msAreCut) {
+  for (const double gap_s : {0.03, 0.3}) {
+    AnalyticFlight f = analytic_flight();
+    const std::vector<Burst> bursts = put_bursts(f.record, Shape::swell, 1);
+    const double middle_s = 0.5 * (f.record.pose.t_s.front() + f.record.pose.t_s.back());
+    const auto nearest = std::min_element(bursts.begin(), bursts.end(), [&](const Burst& a, const Burst& b) {
+      return std::abs(a.from_s - middle_s) < std::abs(b.from_s - middle_s);
+    });
+    const double from_s = nearest->to_s + 0.7;
+    Stream<Eigen::Vector3d> gyro;
+    for (std::size_t i = 0; i < f.record.gyro_B_rad_s.size(); ++i)
+      if (f.record.gyro_B_rad_s.t_s[i] < from_s || f.record.gyro_B_rad_s.t_s[i] > from_s + gap_s)
+        gyro.add(f.record.gyro_B_rad_s.t_s[i], f.record.gyro_B_rad_s.value[i]);
+    ASSERT_LT(gyro.size(), f.record.gyro_B_rad_s.size());
+    f.record.gyro_B_rad_s = gyro;
+    expect_cut(f.record, check_flight(f.record, f.vehicle), bursts, 0.0);
+  }
+}
 
 TEST(Bursts, AreNotFoundInASoundFlightNorWhereTheAxesStayTurned) {
   const AnalyticFlight sound = analytic_flight();
