@@ -7,6 +7,9 @@ An answer is a list of sets: each effect that was added, with those indistinguis
   pair            right: both are in the answer. half: one is
   foreign         right: verdict unexplained and nothing named
   clean           right: verdict clean
+  sensor          right: the error of the sensor is in the only set, of at most three; sensor_pair: it and the effect, each in a set, no other set
+  log_error       right: the checks say what was done to the log, and the rest is answered as if it had not been done
+  foreign_part    right: verdict unexplained and nothing named without that reserve
 Otherwise inside (the effect is in an answer, but not so), missed (nothing named) or wrong. Beside the outcome, `wrong` counts every trial with any set that holds nothing of the truth.
 """
 
@@ -27,6 +30,15 @@ effect, the file loses it. Exceptions, pairs and foreign effects with their size
 result does not count as right. Flights that ended early are listed below; their trials are judged like the others.
 """
 
+HEAD_SENSORS = """# Errors of sensors and logs, and foreign physics in a part of the flights
+
+Command: `scripts/stats diagnose-sensors --table docs/acceptance/diagnose_sensors.md` (resumable; exit code 6 when a limit is missed). This page is made by it.
+
+**Flights.** As of [diagnose_hil.md](diagnose_hil.md). Kinds and ranges of size: `scripts/diagnose_sensors.toml`; the size of a trial is drawn from its seed. Foreign physics is
+flown in five flights (vertical and horizontal twice).
+**Judged.** By the rules at the head of `scripts/diagnose_score.py`; no answer is looked at by hand.
+"""
+
 LIMITS = [  # what, kinds, outcome that counts, least share
     ("separable: named first and alone", ("separable",), "right", 0.90),
     ("class only: a class of at most three holds it", ("class_only",), "right", 0.90),
@@ -35,9 +47,13 @@ LIMITS = [  # what, kinds, outcome that counts, least share
     ("foreign: unexplained, no name", ("foreign",), "right", 0.75),
     ("clean, plant of eq. 1-8", ("clean_reduced",), "right", 0.95),
     ("clean, full plant with its findings", ("clean_full",), "right", 0.95),
+    ("errors of sensors and logs, alone and beside an effect", ("sensor", "sensor_pair", "log_error"), "right", 0.90),
+    ("foreign, in one flight, at one place, by a product: unexplained", ("foreign_part",), "right", 0.80),
 ]
 SINGLE = ("separable", "class_only", "not_observable")  # kinds with one effect
 MOST_WRONG = 0.02
+DRAWN = ("sensor", "sensor_pair", "log_error", "foreign_part")  # kinds of scripts/diagnose_sensors.toml
+MOST_WRONG_DRAWN = 0.01
 LEAST_OF_EACH = 0.7  # of a single effect's trials
 
 
@@ -56,6 +72,15 @@ def outcome(trial, result):
         return ("right" if verdict == "clean" else "wrong" if sets else "false alarm"), wrong
     if kind == "foreign":
         return ("right" if verdict == "unexplained" and not sets else "wrong" if sets else "missed"), wrong
+    if kind in ("sensor", "sensor_pair", "log_error"):
+        wrong = wrong and verdict != "unexplained"  # a name under that reserve is none
+        found = all(any(t in s and len(s) <= LARGEST_CLASS for s in sets) for t in truth)
+        noted = trial.get("says", "") in " ".join(f["what"] for f in result.get("left_out", []) + result.get("faults", []))
+        if found and noted and len(holding) == len(sets) and (truth or verdict == "clean"):
+            return "right", wrong
+        return ("half" if holding else otherwise), wrong
+    if kind == "foreign_part":
+        return ("right" if verdict == "unexplained" else "wrong" if sets else "missed"), wrong and verdict != "unexplained"
     if kind == "pair":
         found = truth & {i for s in sets for i in s}
         return ("right" if found == truth else "half" if found else "wrong" if sets else "missed"), wrong
@@ -103,7 +128,7 @@ def percent(hits, n):
     return f"{100 * hits / n:.1f} % ({hits} of {n}; 95 %: {100 * low:.0f} to {100 * high:.0f})"
 
 
-def page(out, wanted):
+def page(out, wanted, head=HEAD):
     """The page as Markdown, and whether a limit was missed."""
     judged = collections.defaultdict(list)  # case -> [(outcome, wrong, answer, seed)]
     kinds, unflown = {c.name: c.kind for c in wanted}, []
@@ -120,7 +145,7 @@ def page(out, wanted):
     clean = {t[3] for name, trials in judged.items() for t in trials if kinds[name].startswith("clean")}
     others = {t[3] for name, trials in judged.items() for t in trials if not kinds[name].startswith("clean")}
     run = [f"{what}{spans(seeds)}" for what, seeds in (("Seeds ", others), ("clean controls ", clean)) if seeds]
-    lines = [HEAD, "; ".join(run) + ".\n" if run else "No trial yet.\n", *lines, ""]
+    lines = [head, "; ".join(run) + ".\n" if run else "No trial yet.\n", *lines, ""]
     lines += table(judged, kinds)
     lines += ["", "## Flights that did not end as planned", "", *([f"- {u}" for u in unflown] or ["None."])]
     return "\n".join(lines) + "\n", missed
@@ -162,6 +187,10 @@ def summary(judged, kinds, blade_level=frozenset()):
         wrong = sum(t[1] for t in trials)
         row("confidently wrong: any name or class without the truth", percent(wrong, len(trials)), f"≤ {100 * MOST_WRONG:.0f} %",
             wrong <= MOST_WRONG * len(trials))
+    trials = [t for n in judged if kinds[n] in DRAWN for t in judged[n]]
+    if trials:
+        wrong = sum(t[1] for t in trials)
+        row("a wrong name without reserve", percent(wrong, len(trials)), f"≤ {100 * MOST_WRONG_DRAWN:.0f} %", wrong <= MOST_WRONG_DRAWN * len(trials))
     return lines, missed
 
 

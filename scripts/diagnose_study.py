@@ -20,10 +20,12 @@ import time
 import tomllib
 
 import diagnose_score
+import diagnose_sensor_cases as sensors
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILT = ROOT / "build/release/bin/rotorloop"
 STUDY = ROOT / "scripts/diagnose_study.toml"
+SENSORS = ROOT / "scripts/diagnose_sensors.toml"
 MODEL_TRUE = ROOT / "build/release/test-bin/model_true_logs"
 DIAGNOSE = ["--use", "gyro,accel", "--rate", "50", "--max-effects", "3", "--json", "-q"]  # one command line for all
 
@@ -31,11 +33,13 @@ DIAGNOSE = ["--use", "gyro,accel", "--rate", "50", "--max-effects", "3", "--json
 @dataclasses.dataclass(frozen=True)
 class Case:
     name: str
-    kind: str                    # separable, class_only, not_observable, pair, foreign, clean_full, clean_reduced
+    kind: str                    # separable, class_only, not_observable, pair, foreign, clean_full, clean_reduced; diagnose_sensor_cases.py
     truth: tuple = ()            # ids that the answer should hold
     entries: tuple = ()          # (id, {key: value}) that the plant gets, over those of its file
     unmodelled: tuple = ()       # ids that the vehicle file loses: the plant has them, the model does not
     blade_level: bool = False    # the plant's law is not the model's
+    drawn: dict = None           # what diagnose_sensor_cases.py draws for each seed
+    says: str = ""               # words that the checks must have for the log
 
 
 def toml(path):
@@ -52,22 +56,26 @@ def change_for(effect, study, in_plant, nominal):
     return ((name, {key: study["size"].get(name, effect["typical_value"]), **study["option"].get(name, {})}),), unmodelled
 
 
-def cases(study, catalogue):
+def cases(study, catalogue, drawn=None):
     effects = {e["id"]: e for e in catalogue["effect"] if e["plant"]}
     in_plant = {e["id"] for e in toml(ROOT / study["plant"]).get("effect", [])}
     nominal = {e["id"] for e in toml(ROOT / study["vehicle"]).get("effect", [])}
 
-    def case(name, kind, ids):
+    def case(name, kind, ids, **more):
         parts = [change_for(effects[i], study, in_plant, nominal) for i in ids]
-        return Case(name, kind, tuple(ids), *(tuple(x for p in parts for x in p[k]) for k in range(2)))
+        entries, unmodelled = (tuple(x for p in parts for x in p[k]) for k in range(2))
+        return Case(**{"name": name, "kind": kind, "truth": tuple(ids), "entries": entries, "unmodelled": unmodelled, **more})
 
+    clean = [Case("clean_full", "clean_full"), Case("clean_reduced", "clean_reduced")]
+    if drawn:
+        return [*sensors.all_cases(drawn, case), *clean]
     if strangers := set(study["blade_level"]) - set(effects):
         sys.exit(f"{STUDY}: blade_level: {', '.join(sorted(strangers))}: no effect of the plant")
     singles = [case(i, study["class"].get(i, e["class"]), [i]) for i, e in effects.items()]
     out = [dataclasses.replace(c, blade_level=c.name in study["blade_level"]) for c in singles]
     out += [case("+".join(p["effects"]), "pair", p["effects"]) for p in study["pair"]]
     out += [Case(f["id"], "foreign", (), ((f["id"], {k: v for k, v in f.items() if k != "id"}),)) for f in study["foreign"]]
-    return [*out, Case("clean_full", "clean_full"), Case("clean_reduced", "clean_reduced")]
+    return [*out, *clean]
 
 
 def blocks(text):
@@ -80,12 +88,12 @@ def blocks(text):
     return ["\n".join(b) + "\n" for b in out]
 
 
-def plant_text(case, study):
+def plant_text(entries, study):
     source = ROOT / study["plant"]
     text = source.read_text(encoding="utf-8").replace('"blades/', f'"{source.parent}/blades/').replace('"motors/', f'"{source.parent}/motors/')
-    gone = {i for i, _ in case.entries}
+    gone = {i for i, _ in entries}
     kept = [b for b in blocks(text) if not (b.startswith("[[effect]]") and tomllib.loads(b)["effect"][0]["id"] in gone)]
-    for name, values in case.entries:
+    for name, values in entries:
         kept.append(f'\n[[effect]]\nid = "{name}"\n' + "".join(f"{k} = {v}\n" for k, v in values.items()))
     return "".join(kept)
 
@@ -125,41 +133,55 @@ def run(words, log, limit_s):
     return child.returncode, time.monotonic() - before, used.ru_utime + used.ru_stime
 
 
+def entries_of(case, seed):
+    return (*case.entries, *(sensors.entries(case, seed) if case.drawn else ()))
+
+
+def write_scenario(folder, name, entries, study):
+    """Plant and scenario of a trial; returns the scenario's text."""
+    plant, source = folder / f"plant{name}.toml", ROOT / study["scenario"]
+    plant.write_text(plant_text(entries, study), encoding="utf-8")
+    text = source.read_text(encoding="utf-8").replace(f'"../{study["plant"]}"', f'"{plant}"')
+    text = text.replace('"../', f'"{ROOT}/').replace('"trajectories/', f'"{source.parent}/trajectories/')
+    (folder / f"scenario{name}.toml").write_text(text, encoding="utf-8")
+    return text
+
+
 def fly(case, seed, folder, o, study):
     """Logs of the three flights and how each ended."""
     if case.kind == "clean_reduced":
         code, *_ = run([MODEL_TRUE, "--seed", seed, "--out", folder], folder / "fly.txt", 300)
         return sorted(folder.glob("*.csv")), {"model true": "completed" if code == 0 else f"exit {code}"}
-    (folder / "plant.toml").write_text(plant_text(case, study), encoding="utf-8")
-    source = ROOT / study["scenario"]
-    text = source.read_text(encoding="utf-8").replace(f'"../{study["plant"]}"', f'"{folder / "plant.toml"}"')
-    text = text.replace('"../', f'"{ROOT}/').replace('"trajectories/', f'"{source.parent}/trajectories/')
-    (folder / "scenario.toml").write_text(text, encoding="utf-8")
+    text = write_scenario(folder, "", entries_of(case, seed), study)
+    if case.drawn:
+        write_scenario(folder, "_without", case.entries, study)
     logs, ends = [], {}
-    for i, name in enumerate(f["name"] for f in tomllib.loads(text)["flight"]):
+    names = [f["name"] for f in tomllib.loads(text)["flight"]]
+    for i, (flight, acts) in enumerate(sensors.flights(case, seed, names)):
         # Gusts and noise of one flight are not those of the next. A motor that does not start is started again, as at the field.
+        name = flight if i < len(names) else f"{flight}_again"
         for attempt in range(3):
             own_seed, out = 100 * seed + 10 * i + attempt, folder / "flights" / name
-            run([o.out / "rotorloop", "hil", folder / "scenario.toml", "--flights", name, "--seeds", f"{own_seed},", "--out", folder / "flights",
-                 "--name", name, "--force", "-q", "-j", 1], folder / f"fly_{name}.txt", 300)
+            run([o.out / "rotorloop", "hil", folder / f"scenario{'' if acts else '_without'}.toml", "--flights", flight, "--seeds", f"{own_seed},", "--out",
+                 folder / "flights", "--name", name, "--force", "-q", "-j", 1], folder / f"fly_{name}.txt", 300)
             flown = json.loads((out / "result.json").read_text(encoding="utf-8"))["flights"][0]
             if "did not start" not in flown.get("end_detail", ""):
                 break
         ends[name] = flown["end"]
-        logs.append(out / name / flown["variant"] / str(own_seed) / "flight.csv")
+        logs.append(out / flight / flown["variant"] / str(own_seed) / "flight.csv")
     return logs, ends
 
 
 def logs_of(case, seed, folder, o, study):
     """The flights of a trial, flown when they are not there yet: paths of their logs, and how each ended."""
     flown, plant = folder / "flown.json", folder / "plant.toml"
-    same = case.kind == "clean_reduced" or (plant.exists() and plant.read_text(encoding="utf-8") == plant_text(case, study))
+    same = case.kind == "clean_reduced" or (plant.exists() and plant.read_text(encoding="utf-8") == plant_text(entries_of(case, seed), study))
     if not (flown.exists() and same):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         logs, ends = fly(case, seed, folder, o, study)
         for i, log in enumerate(logs):
-            log.rename(folder / f"{i + 1}.csv")
+            sensors.spoil(log.rename(folder / f"{i + 1}.csv"), case, seed)
         shutil.rmtree(folder / "flights", ignore_errors=True)
         flown.write_text(json.dumps(ends) + "\n", encoding="utf-8")
     return sorted(folder.glob("?.csv")), json.loads(flown.read_text(encoding="utf-8"))
@@ -182,7 +204,7 @@ def trial(case, seed, o, study):
         vehicle = folder / "nominal.toml"
     code, wall_s, cpu_s = run([o.out / "rotorloop", "diagnose", "--vehicle", vehicle, *sum((["--flight", log] for log in logs), []), *DIAGNOSE],
                        folder / "result.json", 3600)
-    record = {"case": case.name, "kind": case.kind, "truth": case.truth, "seed": seed, "ends": ends, "exit": code, "wall_s": round(wall_s, 1), "cpu_s": round(cpu_s, 1)}
+    record = {"case": case.name, "kind": case.kind, "truth": case.truth, "seed": seed, "says": case.says, "ends": ends, "exit": code, "wall_s": round(wall_s, 1), "cpu_s": round(cpu_s, 1)}
     if not o.keep_logs:
         for log in logs:
             log.unlink()
@@ -203,6 +225,7 @@ def seed_list(text):
 def main():
     parser = argparse.ArgumentParser(prog="scripts/stats diagnose", description="which effects `rotorloop diagnose` finds in simulated flights")
     parser.add_argument("--seeds", type=seed_list, default=seed_list("501..510"), help="1..10 or 3,5")
+    parser.add_argument("--sensors", action="store_true", help="errors of sensors and logs, foreign physics in a part of the flights (diagnose_sensors.toml)")
     parser.add_argument("--clean-seeds", type=seed_list, help="of the two clean controls; default: --seeds")
     parser.add_argument("--only", type=lambda t: t.split(","), help="these cases, by name or kind")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build/stats/diagnose")
@@ -214,7 +237,7 @@ def main():
     parser.add_argument("--score-only", action="store_true", help="judge what is there")
     o = parser.parse_args()
     study, catalogue = toml(STUDY), toml(ROOT / "effects/catalogue.toml")
-    wanted = [c for c in cases(study, catalogue) if not o.only or c.name in o.only or c.kind in o.only]
+    wanted = [c for c in cases(study, catalogue, toml(SENSORS) if o.sensors else None) if not o.only or c.name in o.only or c.kind in o.only]
     if not wanted:
         sys.exit(f"error: no case is called {o.only}\n  do: take an effect's id, or a kind: separable, pair, foreign, clean_full, …")
     if not o.score_only:
@@ -232,7 +255,7 @@ def main():
         print(f"{used.ru_utime + used.ru_stime:.0f} s of CPU", file=sys.stderr)
     if o.fly_only:
         return 0
-    page, missed = diagnose_score.page(o.out, wanted)
+    page, missed = diagnose_score.page(o.out, wanted, diagnose_score.HEAD_SENSORS if o.sensors else diagnose_score.HEAD)
     if o.table:
         o.table.write_text(page, encoding="utf-8")
     print(page)

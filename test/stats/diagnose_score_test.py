@@ -1,6 +1,7 @@
 """The judge of scripts/stats diagnose: which answer to which plant counts as what."""
 
 import json
+import math
 import pathlib
 import sys
 import tempfile
@@ -67,6 +68,25 @@ class Judge(unittest.TestCase):
         self.expect("wrong", True, "clean_full", [], said("named", ["b"]))
         self.expect("false alarm", False, "clean_full", [], said("unexplained"))
         self.expect("right", False, "clean_reduced", [], said("clean"))
+
+    def test_an_error_of_a_sensor_is_the_only_answer_or_in_a_class_of_three(self):
+        self.expect("right", False, "sensor", ["a"], said("ambiguous", ["b", "a"]))
+        self.expect("half", True, "sensor", ["a"], said("named", ["a"], ["b"]))
+        self.expect("half", False, "sensor", ["a"], said("unexplained", ["a"], ["b"]))
+        self.expect("half", False, "sensor_pair", ["a", "b"], said("named", ["b"]))
+        self.expect("right", False, "sensor_pair", ["a", "b"], said("named", ["b"], ["a"]))
+
+    def test_what_was_done_to_a_log_must_be_said_by_the_checks(self):
+        done = {**trial("log_error"), "says": "end of its range"}
+        noted = {**said("clean"), "left_out": [{"what": "7 samples at the end of its range"}]}
+        self.assertEqual(score.outcome(done, noted), ("right", False))
+        self.assertEqual(score.outcome(done, said("clean")), ("missed", False))
+        self.assertEqual(score.outcome(done, {**noted, **said("named", ["a"])}), ("wrong", True))
+
+    def test_foreign_physics_of_a_part_of_the_flights_is_unexplained_whatever_is_named_under_that_reserve(self):
+        self.expect("right", False, "foreign_part", [], said("unexplained", ["b"]))
+        self.expect("wrong", True, "foreign_part", [], said("named", ["b"]))
+        self.expect("missed", False, "foreign_part", [], said("clean"))
 
     def test_page_misses_a_limit_by_one_trial_and_names_the_effect_below_seven_of_ten(self):
         with tempfile.TemporaryDirectory() as name:
@@ -146,7 +166,7 @@ class Plants(unittest.TestCase):
 
     def test_plant_files_hold_what_the_case_says(self):
         for c in self.cases.values():
-            ids = [e["id"] for e in study.tomllib.loads(study.plant_text(c, self.study)).get("effect", [])]
+            ids = [e["id"] for e in study.tomllib.loads(study.plant_text(c.entries, self.study)).get("effect", [])]
             self.assertEqual(len(ids), len(set(ids)), c.name)
             for i, _ in c.entries:
                 self.assertIn(i, ids)
@@ -164,6 +184,34 @@ class Plants(unittest.TestCase):
                 for block in nominal.get("covariance", []):
                     self.assertEqual(len(block["matrix"]), len(block["of"]) ** 2)
                     self.assertFalse([n for n in block["of"] if n.split(".")[1] in c.unmodelled and n.startswith("effect.")])
+
+    def test_drawn_sizes_lie_in_their_ranges_and_stay_for_a_seed(self):
+        drawn = {c.name: c for c in study.cases(self.study, self.catalogue, study.toml(study.SENSORS))}
+        for seed in range(801, 821):
+            self.assertEqual(study.sensors.entries(drawn["gyro_scale"], seed), study.sensors.entries(drawn["gyro_scale"], seed))
+            ((_, gyro),) = study.sensors.entries(drawn["gyro_scale"], seed)
+            ((_, turn),) = study.sensors.entries(drawn["imu_rotation"], seed)
+            self.assertTrue(0.01 <= abs(gyro["error"]) <= 0.05 and gyro["axis"] in range(4), gyro)
+            self.assertTrue(1.0 <= math.degrees(math.hypot(*turn.values())) <= 5.0, turn)
+            acting = [acts for _, acts in study.sensors.flights(drawn["one_flight_antenna"], seed, ["a", "b", "c"])]
+            self.assertEqual((len(acting), sum(acting)), (5, 1))
+        self.assertEqual(study.sensors.flights(drawn["product"], 801, ["a", "b", "c"]), [(n, True) for n in "abcab"])
+
+    def test_clipped_and_disturbed_logs_change_what_they_should_and_nothing_else(self):
+        drawn = {c.name: c for c in study.cases(self.study, self.catalogue, study.toml(study.SENSORS))}
+        columns = ["t[s]", "pose_t[s]", *study.sensors.POSITION, *study.sensors.QUATERNION, *study.sensors.GYRO]
+        rows = [[f"{0.01 * i:.2f}", f"{0.01 * i:.2f}", "0", "0", "1", "1", "0", "0", "0", f"{6 * math.sin(0.05 * i):.6f}", "0", "0"] for i in range(1500)]
+        with tempfile.TemporaryDirectory() as name:
+            for case, changed in (("gyro_clips", study.sensors.GYRO[:1]), ("pose_bursts", study.sensors.POSITION + study.sensors.QUATERNION)):
+                log = pathlib.Path(name) / "1.csv"
+                log.write_text("# head\n" + ",".join(columns) + "\n" + "".join(",".join(r) + "\n" for r in rows))
+                study.sensors.spoil(log, drawn[case], 801)
+                after = [line.split(",") for line in log.read_text().splitlines()[2:]]
+                for c, column in enumerate(columns):
+                    share = sum(float(a[c]) != float(b[c]) for a, b in zip(rows, after)) / len(rows)
+                    self.assertTrue(0.01 < share < 0.6 if column in changed else share == 0, (case, column, share))
+                if case == "gyro_clips":
+                    self.assertEqual(max(float(r[columns.index("gyro_x[rad/s]")]) for r in after), 4.363)
 
     def test_seeds_are_counted_as_runs(self):
         self.assertEqual(score.spans({508, 506, 507, 565, 510, 511}), "506 to 508, 510 to 511, 565")

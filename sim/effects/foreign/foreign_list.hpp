@@ -13,6 +13,7 @@ extern const EffectInfo kForeignUpdraftColumn;
 extern const EffectInfo kForeignSwingingAntenna;
 extern const EffectInfo kForeignStickingHatch;
 extern const EffectInfo kForeignBladeFlutter;
+extern const EffectInfo kForeignProductMoment;
 
 inline constexpr std::array kForeignEffects{
     // clang-format off
@@ -21,6 +22,7 @@ inline constexpr std::array kForeignEffects{
     &kForeignSwingingAntenna,
     &kForeignStickingHatch,
     &kForeignBladeFlutter,
+    &kForeignProductMoment,
     // clang-format on
 };
 

@@ -101,6 +101,18 @@ TEST(StickingHatch, DragsAt3MetresPerSecondOnlyAfterItWasTornOpenAbove5) {
   EXPECT_EQ(drag_N(3.0), 0.0);
 }
 
+TEST(ProductMoment, TurnsNeitherATurnAtRestNorAStraightPassButTheirProduct) {
+  const auto effect = make("foreign_product_moment", 2e-3);
+  const auto moment = [&](double rate_rad_s, double speed_m_s) {
+    BodyMotion m = flying_at(0.0, speed_m_s);
+    m.w_B_rad_s.z() = rate_rad_s;
+    return wrench_of(*effect, m).moment_B_N_m;
+  };
+  EXPECT_EQ(moment(5.0, 0.0).norm(), 0.0);
+  EXPECT_EQ(moment(0.0, 9.0).norm(), 0.0);
+  EXPECT_LT((moment(5.0, 2.0) - Vec(0.02, 0.0, 0.0)).norm(), 1e-12);
+}
+
 TEST(BladeFlutter, CostsThrustInItsBandOfRotorSpeedAloneAndNoTorque) {
   const auto effect = make("foreign_blade_flutter", 0.08);
   const auto left = [&](double omega_rad_s) {
