@@ -45,9 +45,12 @@ std::string place(const std::vector<ElfFile>& files, uint32_t address) {
 }
 
 // Frames of a live bus in and out, at the times at which the chip has got to.
-void exchange(TimedBus& live, McuMachine& m, int64_t now_ns) {
-  m.bus.set_now(std::max(m.bus.now_ns(), now_ns));
-  while (const auto frame = live.receive()) m.outside->send(frame->frame);
+void exchange(TimedBus& live, Chip& chip, McuMachine& m) {
+  m.bus.set_now(std::max(m.bus.now_ns(), static_cast<int64_t>(chip.time_s() * 1e9)));
+  bool heard = false;
+  for (; const auto frame = live.receive(); heard = true) m.outside->send(frame->frame);
+  // The controller hears each frame at its own end: not all of them at the program's next access, when its FIFOs hold three.
+  if (heard) chip.reschedule(chip.blocks().fdcan);
   while (const auto frame = m.outside->receive()) live.send(frame->frame);
 }
 
@@ -61,10 +64,10 @@ End run_on_bus(const RunArguments& o, Chip& chip, McuMachine& m) {
   End end = End::at_cycle;
   run_live({&alone, 1}, options, [&]() -> std::optional<int64_t> {
     const double wanted_s = std::min(o.for_s, static_cast<double>(live->now_ns() - begun_ns) * 1e-9 * o.pace);
-    exchange(*live, m, static_cast<int64_t>(chip.time_s() * 1e9));
+    exchange(*live, chip, m);
     // A machine that is too slow falls behind instead of rushing.
     end = m.run_until(std::min(wanted_s, chip.time_s() + 0.05));
-    exchange(*live, m, static_cast<int64_t>(chip.time_s() * 1e9));
+    exchange(*live, chip, m);
     if (end != End::at_cycle || chip.time_s() >= o.for_s) return std::nullopt;
     return live->now_ns() + 500'000;
   });

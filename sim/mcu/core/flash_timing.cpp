@@ -8,9 +8,11 @@ namespace {
 
 constexpr uint32_t kWordsOfLine = 4;
 
-// Where a line is; kLines where it is not.
+// Where a line is; kLines where it is not. The one that came last is asked for most often.
 template <size_t kLines>
 uint32_t place_of(const FlashCache<kLines>& cache, uint32_t line) {
+  const uint32_t last = (cache.next + kLines - 1) % kLines;
+  if (cache.line[last] == line && cache.valid[last] != 0) return last;
   for (uint32_t i = 0; i < kLines; ++i)
     if (cache.line[i] == line && cache.valid[i] != 0) return i;
   return kLines;

@@ -182,7 +182,7 @@ void Timer::step(uint64_t ticks) {
   if (at_boundary) boundary();
   for (uint32_t left = m.outputs; left != 0; left &= left - 1)
     if (const auto c = static_cast<uint32_t>(std::countr_zero(left)); m.compare[c] == m.counter) match(c, was_down);
-  follow_references();
+  follow_references(at_boundary ? kAll : kWhatChanged);
   interrupts();
 }
 
@@ -267,6 +267,9 @@ void Timer::interrupts() {
   const uint32_t both = reg(SR) & reg(DIER);
   const bool update = (both & UIF) != 0, compare = (both & 0x1E) != 0, trigger = (both & (TIF | COMIF)) != 0;
   const bool broken = (reg(DIER) & BIF) != 0 && (reg(SR) & (BIF | B2IF | SBIF)) != 0;
+  const auto lines = static_cast<uint8_t>(1 | (update ? 2 : 0) | (compare ? 4 : 0) | (trigger ? 8 : 0) | (broken ? 16 : 0));
+  if (lines == s.more.lines) return;
+  s.more.lines = lines;
   if (kind_.irq_update == kind_.irq_compare) {
     interrupt(kind_.irq_update, update || compare || trigger || broken);
     return;

@@ -36,6 +36,7 @@ struct TimerMore {
   std::array<bool, 4> input{};
   bool down = false, gate_open = false, trigger = false, cleared = false, break_in = false, break2_in = false;
   uint8_t burst = 0;
+  uint8_t lines = 0;  // levels at the interrupt lines as last told; 0: not yet told
 };
 
 class Timer : public RegisterBlock<0x400, TimerMore> {
@@ -92,7 +93,9 @@ class Timer : public RegisterBlock<0x400, TimerMore> {
   void break_now(uint32_t sr_bit);
   bool break_level(uint32_t af, uint32_t enable, uint32_t polarity) const;
   // Outputs (timer_output.cpp)
-  void follow_references(uint32_t matched = 6);
+  // Besides the number of a channel that matches: outputs follow in any case, or only where a reference changed.
+  static constexpr uint32_t kAll = 6, kWhatChanged = 7;
+  void follow_references(uint32_t matched = kAll);
   bool compare_reference(uint32_t channel, bool matched) const;
   void follow_outputs();
   void set_output(uint32_t output, bool high);

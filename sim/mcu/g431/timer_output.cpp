@@ -81,7 +81,7 @@ void Timer::follow_references(uint32_t matched) {
     wires_.set_signal(wire(TimerWire::oc1, c), m.reference[c]);
     trigger_out(4 + c);
   }
-  if (changed != 0 || matched >= 6) follow_outputs();  // after a match all is followed once more
+  if (changed != 0 || matched == kAll) follow_outputs();
 }
 
 uint64_t Timer::dead_time(uint32_t dtg) const {

@@ -1,7 +1,7 @@
 """The firmware core built for the chip, at -O2 and -Os, in closed loop with a drive: equal bit for bit to the same core built for the host.
 
-usage: core_loop_test.py PROGRAM SOURCE_FOLDER WORK_FOLDER PERIODS
-PROGRAM is mcu_core_loop. Exit code 1: a period differs, or self-test, start, steps, trip, catch, stop (and commissioning, in more than 96 000
+usage: core_loop_test.py PROGRAM SOURCE_FOLDER WORK_FOLDER PERIODS|sweep
+PROGRAM is mcu_core_loop; `sweep`: interrupts at every instruction, and the same bytes in five runs (core_sweep.cpp). Exit code 1: a period differs, or self-test, start, steps, trip, catch, stop (and commissioning, in more than 96 000
 periods) did not all happen; 77: arm-none-eabi-g++ is missing.
 """
 import pathlib

@@ -1,4 +1,5 @@
-// The program of the emulated core: its registers lie at the start of the RAM, interrupt 0 is the sample interrupt.
+// The program of the emulated core: its registers lie at the start of the RAM, interrupt 0 is the sample interrupt, and interrupt
+// 1, which preempts it, does nothing.
 #include <new>
 
 #include "test/integration/mcu/plain_esc.hpp"
@@ -15,6 +16,7 @@ PlainEsc* esc = nullptr;
 void write_word(std::uint32_t address, std::uint32_t value) { *reinterpret_cast<volatile std::uint32_t*>(address) = value; }
 
 void on_sample() { esc->on_sample(registers); }
+void on_nothing() {}
 void on_fault() {
   for (;;) asm volatile("bkpt 0");
 }
@@ -37,7 +39,8 @@ extern "C" [[noreturn]] void begin() {
   write_word(0xE000ED88, 0xF00000);  // CPACR: floating point
   asm volatile("dsb\n isb" ::: "memory");
   esc = new (place) PlainEsc(registers);
-  write_word(0xE000E100, 1);
+  write_word(0xE000E400, 0x10);  // the sample interrupt below the other one
+  write_word(0xE000E100, 3);
   for (;;) {
     asm volatile("wfi" ::: "memory");
     esc->poll(registers);
@@ -48,9 +51,9 @@ extern "C" unsigned char stack_top[];
 using Entry = void (*)();
 struct Vectors {
   const void* stack;
-  Entry entry[16];
+  Entry entry[17];
 };
 [[gnu::section(".vectors"), gnu::used]] const Vectors vectors{
     stack_top,
     {begin, on_fault, on_fault, on_fault, on_fault, on_fault, nullptr, nullptr, nullptr, nullptr, on_fault, on_fault, nullptr, on_fault,
-     on_fault, on_sample}};
+     on_fault, on_sample, on_nothing}};
