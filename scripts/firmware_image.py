@@ -1,6 +1,7 @@
 """Finishes the program of an ESC, and judges it.
 
 usage: firmware_image.py ELF [--check] [--commit HEX] [--version MAJOR.MINOR] [--security N] [--key PEM | --unsigned]
+       firmware_image.py --public-half PEM    prints the public half of a key, as PEM
 Writes the header of firmware/update/image.hpp into the ELF and beside it ELF's name with .bin and .rlf. It is signed with the test key
 (firmware/update/update_key.hpp), or with the Ed25519 key of a PEM file that its owner alone can read (docs/security.md). --check: prints sizes, static RAM, the bound of the stack and what must not be in it; exit 6 when one is beyond its
 limit. Reads the .su files of the same build.
@@ -19,6 +20,7 @@ import firmware_stack
 
 HERE = pathlib.Path(__file__).parent
 IMAGE = runpy.run_path(str(HERE / "make_test_image"))
+TEST_KEY = bytes.fromhex("302e020100300506032b657004220420") + b"rotorloop test key, not a secret"  # PKCS#8
 BOARD, HEADER_AT, HEADER_BYTES = "b_g431b_esc1", 0x08006000, 512
 LIMITS = {"payload": 92 * 1024, "static RAM": 12_800, "static RAM and stack": 20 * 1024, "CCM": 10 * 1024}
 FOREIGN = re.compile(r"^(?:__aeabi_(?:d\w+|[iluf]+2d|u?ldivmod|f2u?lz|cd\w+)|__\w+df\w*|_*malloc|_*free|_*calloc|_*realloc|_sbrk|_Zn[wa]\w*|_Zd[la]\w*"
@@ -50,7 +52,7 @@ def signed(image, key_file):
     digest = hashlib.sha512(image[HEADER_BYTES:]).digest()
     with tempfile.TemporaryDirectory() as folder:
         key, message = pathlib.Path(folder, "key"), pathlib.Path(folder, "message")
-        key.write_bytes(bytes.fromhex("302e020100300506032b657004220420") + b"rotorloop test key, not a secret")  # PKCS#8
+        key.write_bytes(TEST_KEY)
         message.write_bytes(image[:48] + digest)
         form = ("PEM", key_file) if key_file else ("DER", key)
         words = ["openssl", "pkeyutl", "-sign", "-rawin", "-keyform", form[0], "-inkey", str(form[1]), "-in", str(message)]
@@ -58,6 +60,19 @@ def signed(image, key_file):
     if len(signature) != 64:
         sys.exit(f"{key_file}: openssl makes no Ed25519 signature with it: give a key made by `openssl genpkey -algorithm ed25519`")
     return image[:56] + signature + digest + image[184:]
+
+
+def public_half(path, form="PEM"):
+    """Of a PEM file with a private key that its owner alone can read, or with a public one; of the test key without one."""
+    words = ["openssl", "pkey", "-pubout", "-outform", form]
+    if path is None:
+        return subprocess.run([*words, "-inform", "DER"], input=TEST_KEY, check=True, capture_output=True).stdout
+    done = subprocess.run([*words, "-pubin", "-in", str(path)], capture_output=True)
+    if done.returncode != 0:
+        done = subprocess.run([*words, "-in", str(checked_key(path)), "-passin", "pass:"], capture_output=True)
+    if done.returncode != 0:
+        sys.exit(f"{path}: openssl reads no key in it: give a key made by `openssl genpkey -algorithm ed25519`, or its public half")
+    return done.stdout
 
 
 def checked_key(path):
@@ -115,7 +130,8 @@ def checked(elf, image):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("elf", type=pathlib.Path)
+    parser.add_argument("elf", type=pathlib.Path, nargs="?")
+    parser.add_argument("--public-half", type=pathlib.Path)
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--commit", type=lambda text: int(text, 16), default=commit_of(HERE))
     parser.add_argument("--version", type=lambda text: tuple(int(part) for part in text.split(".")), default=(0, 1))
@@ -124,6 +140,11 @@ def main():
     whose.add_argument("--key", type=pathlib.Path)
     whose.add_argument("--unsigned", action="store_true")
     o = parser.parse_args()
+    if o.public_half:
+        sys.stdout.buffer.write(public_half(o.public_half))
+        return 0
+    if o.elf is None:
+        parser.error("no ELF is given")
     if not 0 <= o.security < 2**32:
         parser.error(f"--security is {o.security}: 0 to {2**32 - 1} is expected")
     key = checked_key(o.key) if o.key else None

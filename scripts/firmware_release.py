@@ -1,10 +1,12 @@
 """Puts what belongs to one release of a board's firmware into one folder.
 
-usage: firmware_release.py ELF BOOT_ELF SELFTEST_ELF OUT [--commit HEX] [--modified]
+usage: firmware_release.py ELF BOOT_ELF SELFTEST_ELF OUT [--public PEM] [--commit HEX] [--modified]
 ELF: the application after firmware_image.py, with its .bin and .rlf beside it; SELFTEST_ELF: likewise, the image for the
 first power-up of a board. OUT, which must not be there yet or be empty, receives both
 programs as ELF, the image for an update over CAN (.rlf), both programs in one file for a debugger (_all.elf, _all.hex), the linker's maps,
 manifest.json (versions, compiler, commit, bytes and SHA-256 of each file) and SHA256SUMS. The same sources give the same bytes.
+--public: the public half of the key that the bootloader has; without it that is the test key. An image that is not signed is in no file with
+both: that bootloader would not start it.
 """
 import argparse
 import hashlib
@@ -77,22 +79,34 @@ def signed_with(image):
     return "the test key, which protects nothing" if firmware_image.signed(image, None) == image else "a key of the maker"
 
 
-def release(elf, boot, selftest, out, commit, modified):
+def key_of(boot_bytes, public):
+    """Which key the bootloader has; ends when it has another one."""
+    key = firmware_image.public_half(public, "DER")[-32:]
+    if key not in boot_bytes:
+        sys.exit(f"{public or 'test key'}: error: the bootloader does not have this key\n  do: build it with this key: scripts/firmware --release --key")
+    return f"{'release' if public else 'test'} key {key.hex()}"
+
+
+def release(elf, boot, selftest, out, commit, modified, public=None):
     if out.exists() and any(out.iterdir()):
         sys.exit(f"{out}: error: the folder of the release is not empty\n  do: give a new folder, or remove this one")
-    out.mkdir(parents=True, exist_ok=True)
-    for file in (*(program.with_suffix(suffix) for program in (elf, selftest) for suffix in (".elf", ".rlf", ".map")), boot, boot.with_suffix(".map")):
-        shutil.copy(file, out / file.name)
     image = elf.with_suffix(".rlf").read_bytes()
     with tempfile.TemporaryDirectory() as scratch:
         parts = [(BOOT_AT, flash_bytes(boot, pathlib.Path(scratch))), (firmware_image.HEADER_AT, image)]
-        joined_elf(parts, out / f"{elf.stem}_all.elf", pathlib.Path(scratch))
-    (out / f"{elf.stem}_all.hex").write_text(intel_hex(parts), encoding="ascii")
+    takes = key_of(parts[0][1], public)
+    out.mkdir(parents=True, exist_ok=True)
+    for file in (*(program.with_suffix(suffix) for program in (elf, selftest) for suffix in (".elf", ".rlf", ".map")), boot, boot.with_suffix(".map")):
+        shutil.copy(file, out / file.name)
+    if signed_with(image) != "nothing":
+        with tempfile.TemporaryDirectory() as scratch:
+            joined_elf(parts, out / f"{elf.stem}_all.elf", pathlib.Path(scratch))
+        (out / f"{elf.stem}_all.hex").write_text(intel_hex(parts), encoding="ascii")
     board, size, security, major, minor = struct.unpack_from("<16sIIBB", image, 8)
     files = {file.name: file.read_bytes() for file in sorted(out.iterdir())}
     sums = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
     manifest = {"board": board.rstrip(b"\0").decode(), "version": f"{major}.{minor}", "security_version": security, "commit": f"{commit:08x}",
-                "modified": modified, "signed_with": signed_with(image), "compiler": firmware_image.tool("g++", "--version").splitlines()[0],
+                "modified": modified, "signed_with": signed_with(image), "bootloader_takes": takes,
+                "compiler": firmware_image.tool("g++", "--version").splitlines()[0],
                 "payload_bytes": size, "versions": versions(), "files": {name: {"bytes": len(files[name]), "sha256": sums[name]} for name in files}}
     (out / "manifest.json").write_text(json.dumps(manifest, indent=2) + "\n", encoding="utf-8")
     sums["manifest.json"] = hashlib.sha256((out / "manifest.json").read_bytes()).hexdigest()
@@ -108,8 +122,9 @@ def main():
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("--commit", type=lambda text: int(text, 16), default=firmware_image.commit_of(SOURCE))
     parser.add_argument("--modified", action="store_true", help="the tree has changes that the commit does not have")
+    parser.add_argument("--public", type=pathlib.Path)
     o = parser.parse_args()
-    manifest = release(o.elf, o.boot, o.selftest, o.out, o.commit, o.modified)
+    manifest = release(o.elf, o.boot, o.selftest, o.out, o.commit, o.modified, o.public)
     print(f"{o.out}: {manifest['board']} {manifest['version']}, commit {manifest['commit']}{' with changes' if o.modified else ''}, "
           f"signed with {manifest['signed_with']}, {len(manifest['files']) + 2} files")
 

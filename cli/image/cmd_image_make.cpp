@@ -110,7 +110,7 @@ int keygen(const KeygenArguments& o) {
   const SigningKey key = SigningKey::make(o.pem);
   if (!o.public_pem.empty()) key.write_public(o.public_pem);
   fmt::print("{}: private key, mode 0600; keep it off the machine that is on the bus, and a copy of it offline\n", o.pem.generic_string());
-  fmt::print("public half, for firmware/update/release_key.hpp:\n");
+  fmt::print("public half:\n");
   const auto half = key.public_key();
   for (std::size_t i = 0; i < half.size(); ++i) fmt::print("0x{:02x},{}", half[i], i % 16 == 15 ? "\n" : " ");
   return 0;

@@ -1,6 +1,6 @@
 """The programs that are flashed into an ST B-G431B-ESC1: built twice, in two folders, every file of a release is the same byte for byte; the
 file with both programs, as ELF and as Intel HEX, has the bytes of each at its place; sizes and RAM are within their limits; signed with the
-test key, and with a key of one's own that nobody else can read.
+test key, and with a key of one's own that nobody else can read. A bootloader with a key of one's own beside them (release_key/), for boot_run.
 
 usage: firmware_test.py SOURCE_FOLDER WORK_FOLDER
 Skipped (77) without the cross compiler; exit code 1: other bytes; 6: beyond a limit (scripts/firmware_image.py prints which).
@@ -65,6 +65,30 @@ def check_signature(source, elf, work):
     return wrong
 
 
+def check_release_key(source, elf, work):
+    """What is wrong with a bootloader that is built with a release key: 32 bytes 0x17, which boot_run signs with."""
+    secret, public, folder, out = work / "release.pem", work / "release_public.pem", work / "release_key", work / "release_of_key"
+    run = lambda *words: subprocess.run([str(word) for word in words], capture_output=True, text=True)
+    subprocess.run(["openssl", "pkey", "-inform", "DER", "-out", secret], input=bytes.fromhex("302e020100300506032b657004220420") + b"\x17" * 32, check=True)
+    secret.chmod(0o600)
+    subprocess.run(["openssl", "pkey", "-in", secret, "-pubout", "-out", public], check=True)
+    configure = lambda *key: run("cmake", "--preset", "firmware", "-S", source, "-B", folder, "-DROTORLOOP_UPDATE_KEY=release", *key)
+    wrong = []
+    for bad in ((), (f"-DROTORLOOP_RELEASE_KEY={secret}",)):
+        if configure(*bad).returncode == 0:
+            wrong.append(f"a release key is asked for and not given as a public one, and the build begins: {bad}")
+    subprocess.run(["cmake", "--preset", "firmware", "-S", source, "-B", folder, "-DROTORLOOP_UPDATE_KEY=release", f"-DROTORLOOP_RELEASE_KEY={public}"], cwd=source, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--build", folder, "--target", BOOT], check=True, stdout=subprocess.DEVNULL)
+    boot = folder / "bin" / BOOT
+    release = lambda *key: run(sys.executable, "-B", source / "scripts/firmware_release.py", elf, boot, out, "--commit", "0", *key)
+    if release().returncode == 0 or "does not have this key" not in release().stderr:
+        wrong.append("a release says that the bootloader has the test key, and it has another")
+    shutil.rmtree(out, ignore_errors=True)
+    if release("--public", public).returncode != 0 or '"bootloader_takes": "release key ' not in (out / "manifest.json").read_text():
+        wrong.append("the manifest does not say the release key")
+    return wrong
+
+
 def main(source, work):
     if not shutil.which("arm-none-eabi-g++"):
         print("skipped: 1 program; arm-none-eabi-g++ is missing")
@@ -85,6 +109,7 @@ def main(source, work):
     if len(first) != 12:
         wrong.append(f"a release has 12 files: {', '.join(first)}")
     wrong += check_signature(source, work / "build/bin" / TARGET, work)
+    wrong += check_release_key(source, work / "build/bin" / TARGET, work)
     for line in wrong:
         print(line, file=sys.stderr)
     return 1 if wrong else 0

@@ -45,7 +45,7 @@ using ParameterFlash = Pages<kParameterPage, 2>;
 using Boot = firmware::Bootloader<WholeFlash>;
 
 constexpr firmware::UpdateKey kKey = firmware::ROTORLOOP_UPDATE_KEY;  // by the build
-static_assert(kKey.kind != firmware::KeyKind::release || firmware::kHasReleaseKey, "release_key.hpp has no key yet");
+static_assert(kKey.kind != firmware::KeyKind::release || firmware::kHasReleaseKey, "give the build -DROTORLOOP_RELEASE_KEY=PUBLIC.pem");
 
 constinit g431::Fdcan can;
 constinit g431::Microseconds clock;
