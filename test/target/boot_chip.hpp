@@ -5,6 +5,7 @@
 #include <cstring>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "firmware/core/node/parameter_store.hpp"
@@ -21,7 +22,7 @@
 
 namespace rotorloop::boot_chip {
 
-inline std::string boot_elf, application_elf;  // as the command line names them
+inline std::string boot_elf, application_elf, release_boot_elf;  // as the command line names them
 
 using namespace mcu;
 using namespace mcu::g431;
@@ -92,13 +93,40 @@ inline void write_job(Chip& chip) {
   firmware::UpdateRecord(pages, kRecordPage).begin({.server = 126, .own_id = kNode, .path = "fw"});
 }
 
-class BootChip : public TimedBus {
+// A virtual bus with a tool's port on it, and what the tool sees of it. Who has the chips moves it in wait_until().
+class ToolBus : public TimedBus {
+ public:
+  SendStatus send_any(const BusFrame& f) override { return port_.send(*f.classic()); }
+  std::optional<StampedBusFrame> receive_any() override {
+    take();
+    return std::exchange(waiting_, std::nullopt);
+  }
+  BusState state() const override { return port_.state(); }
+  PortCounters counters() const override { return port_.counters(); }
+  std::string name() const override { return "chips:"; }
+
+  sim::VirtualBus bus;
+
+ protected:
+  explicit ToolBus(sim::BusConfig config) : bus(std::move(config)), port_(bus.attach({.name = "tool"})) {}
+  // A frame is there to be received.
+  bool take() {
+    if (waiting_) return true;
+    if (const auto f = port_.receive()) waiting_ = StampedBusFrame{.frame = BusFrame(f->frame), .time_ns = f->time_ns};
+    return waiting_.has_value();
+  }
+
+ private:
+  CanBus& port_;
+  std::optional<StampedBusFrame> waiting_;
+};
+
+class BootChip : public ToolBus {
  public:
   explicit BootChip(const std::string& program, std::vector<sim::BusFault> faults = {}, std::uint64_t seed = 1)
-      : bus({.seed = seed, .faults = std::move(faults)}),
+      : ToolBus({.seed = seed, .faults = std::move(faults)}),
         medium_(bus, chip.blocks().fdcan, true),
-        board(read_board(TomlFile::read(ROTORLOOP_SOURCE_DIR "/vehicles/boards/b_g431b_esc1.toml")), {}, chip, 1),
-        port_(&bus.attach({.name = "tool"})) {
+        board(read_board(TomlFile::read(ROTORLOOP_SOURCE_DIR "/vehicles/boards/b_g431b_esc1.toml")), {}, chip, 1) {
     load_program(chip, program);
     store_node_id(chip, kNode);
     board.press(false);
@@ -116,8 +144,7 @@ class BootChip : public TimedBus {
       end = chip.run_until(std::max(chip.cycle_at(static_cast<double>(next) * 1e-9), chip.cycle() + 1));
       bus.set_now(std::max(bus.now_ns(), chip_ns()));
       board.advance();
-      if (!waiting_) take();
-      if (waiting_) break;
+      if (take()) break;
     }
     return end == End::at_cycle;
   }
@@ -128,35 +155,19 @@ class BootChip : public TimedBus {
   }
 
   // TimedBus
-  SendStatus send_any(const BusFrame& f) override { return port_->send(*f.classic()); }
-  std::optional<StampedBusFrame> receive_any() override {
-    if (!waiting_) take();
-    const auto out = waiting_;
-    waiting_.reset();
-    return out;
-  }
   std::int64_t now_ns() const override { return std::max(bus.now_ns(), chip_ns()); }
   void wait_until(std::int64_t deadline_ns) override {
     run_to(deadline_ns);
     if (end != End::at_cycle) bus.set_now(std::max(bus.now_ns(), deadline_ns));
   }
-  BusState state() const override { return port_->state(); }
-  PortCounters counters() const override { return port_->counters(); }
-  std::string name() const override { return "chip:"; }
 
   Chip chip;
-  sim::VirtualBus bus;
   VirtualBusMedium medium_;
   EscBoard board;
   End end = End::at_cycle;
 
  private:
   std::int64_t chip_ns() const { return std::llround(chip.time_s() * 1e9); }
-  void take() {
-    if (const auto f = port_->receive()) waiting_ = StampedBusFrame{.frame = BusFrame(f->frame), .time_ns = f->time_ns};
-  }
-  CanBus* port_;
-  std::optional<StampedBusFrame> waiting_;
 };
 
 }  // namespace rotorloop::boot_chip

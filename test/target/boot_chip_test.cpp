@@ -1,12 +1,10 @@
-// The linked bootloader on the emulated chip: starts, failures, an update by the tool's own code, refusals, power cuts.
-#include "test/target/boot_chip.hpp"
-
+// The linked bootloader on the emulated chip: starts, failures, an update by the tool's own code, refusals.
 #include <gtest/gtest.h>
 
 #include <cstdio>
 #include <filesystem>
 
-#include "firmware/boot/bootloader.hpp"
+#include "test/target/boot_bench.hpp"
 #include "test/target/boot_programs.hpp"
 
 namespace rotorloop::boot_chip {
@@ -14,29 +12,6 @@ namespace {
 
 using firmware::BootReason;
 using tools::UpdatePhase;
-constexpr std::int64_t kMs = 1'000'000, kSecond = 1000 * kMs;
-
-class Bench {
- public:
-  explicit Bench(std::vector<sim::BusFault> faults = {}, std::uint64_t seed = 1) : bus(boot_elf, std::move(faults), seed), tool(bus) {
-    tool.on<protocols::LogMessage>([this](const protocols::LogMessage& m, std::uint8_t) {
-      said.emplace_back(m.text.items.begin(), m.text.items.begin() + m.text.count);
-    });
-  }
-  void power_up() {
-    bus.end = End::at_cycle;
-    bus.chip.power_up(0xA5);
-    bus.board.press(false);
-  }
-  bool heard(const std::string& text) const { return std::find(said.begin(), said.end(), text) != said.end(); }
-  std::uint16_t vendor_status() const {
-    const auto seen = tool.nodes().find(kNode);
-    return seen == tool.nodes().end() ? std::uint16_t{0} : seen->second.status.vendor_status;
-  }
-  BootChip bus;
-  tools::ToolNode tool;
-  std::vector<std::string> said;
-};
 
 TEST(BootOnChip, ProgramOfThisRepositoryIsOnTheBusWithin800msOfPowerUp) {
   Bench c;
@@ -156,61 +131,40 @@ TEST(BootOnChip, ImageThatIsNotForItIsRefusedInWordsAndNotAByteOfTheOldOneChange
   }
 }
 
-// Every case: an update that loses power at an operation of its flash; power again; then the old image runs, the new one runs, or the node
-// is on the bus. Where the new one is not there yet, the tool asks again and it installs.
-void cut_and_recover(std::uint32_t operation, TornWord leaves, std::array<int, 3>& ends) {
-  const auto old = image_of(lives(), 1000), wanted = image_of(lives(), 3000);
-  Bench c;
-  c.bus.install(old);
-  c.bus.write_job();
-  tools::FirmwareUpdates updates(c.tool, wanted);
-  c.power_up();
-  c.bus.chip.blocks().flash.cut_power_at(operation, leaves);
-  c.tool.run_until(3 * kSecond, [&] { return c.bus.end != End::at_cycle; });
-  ASSERT_EQ(c.bus.end, End::stopped) << "operation " << operation << " never came";
-  c.power_up();
-  c.tool.run_for(90 * kMs);  // in the window
-  ASSERT_EQ(c.bus.end, End::at_cycle);
-  ASSERT_EQ(c.tool.nodes().count(kNode), 1u) << "it is on the bus";
-  const std::uint16_t status = c.vendor_status();
-  ++ends[c.bus.holds(wanted) ? 1 : status == firmware::kWaiting ? 0 : 2];
-  ASSERT_TRUE(status != firmware::kWaiting || c.bus.holds(old) || c.bus.holds(wanted)) << "half an image would be started";
-  updates.start(kNode);
-  ASSERT_TRUE(c.tool.run_until(c.bus.now_ns() + 10 * kSecond, [&] { return updates.step(), c.bus.in_application(); }));
-  ASSERT_TRUE(c.bus.holds(wanted));
+std::string name_of(Bench& c) {
+  std::string name;
+  c.tool.request<protocols::GetNodeInfo, protocols::GetNodeInfoResponse>(kNode, {}, [&](const auto& r) {
+    if (r) name.assign(r->name.begin(), r->name.begin() + r->name_length);
+  });
+  c.run_for(kSecond, [&] { return !name.empty(); });
+  return name;
 }
 
-constexpr std::array kKinds{TornWord::untouched, TornWord::all_ones, TornWord::single_error, TornWord::double_error};
-
-std::uint32_t operations_of_an_update() {
-  Bench c;
-  c.bus.install(image_of(lives(), 1000));
-  c.bus.write_job();
-  const auto wanted = image_of(lives(), 3000);
-  const tools::FirmwareUpdates updates(c.tool, wanted);
-  c.power_up();
-  auto& flash = c.bus.chip.blocks().flash;
-  std::uint32_t most = 0;
-  flash.cut_power_at(1u << 30, TornWord::untouched);
-  EXPECT_TRUE(c.tool.run_until(3 * kSecond, [&] { return c.bus.in_application(); }));
-  most = flash.operations();
-  return most;
-}
-
-TEST(BootCutOnChip, PowerCutsAtFixedOperationsOfAnUpdateEndWithTheNewImage) {
-  const char* by_script = std::getenv("ROTORLOOP_BOOT_CUTS");  // how many
-  const auto cases = static_cast<std::uint32_t>(by_script != nullptr ? std::atoi(by_script) : 24);
-  const std::uint32_t operations = operations_of_an_update();
-  ASSERT_GT(operations, 400u);
-  std::array<int, 3> ends{};
-  for (std::uint32_t n = 0; n < cases; ++n) {
-    // The first and the last ones, which are the record and the release of the first word, and others at equal distances.
-    const std::uint32_t k = n < 8 ? n + 1 : n < 16 ? operations - (n - 8) : 9 + (n - 16) * (operations - 18) / (cases - 16);
-    SCOPED_TRACE(testing::Message() << "operation " << k << ", kind " << n % 4);
-    cut_and_recover(k, kKinds[n % 4], ends);
-    if (HasFailure()) return;
+// Its key is 32 bytes of 0x17 (firmware_test.py).
+TEST(BootOnChip, BootloaderWithAReleaseKeyTakesItsImagesAndRefusesTheTestKeyUnsignedImagesAndAProgramOfTheTestKey) {
+  using firmware::ImageFault;
+  const firmware::Signer release(std::vector<std::uint8_t>(32, 0x17));
+  const auto wanted = unsigned_image_of(lives(), 3000, 0x2000'2000, 0);
+  const auto old = unsigned_image_of(lives(), 1000, 0x2000'2000, 0), good_old = release.signed_image(old);
+  for (const auto& [file, fault] : {std::pair{test_signed(wanted), ImageFault::wrong_key}, {wanted, ImageFault::not_signed}}) {
+    Bench c({}, 1, release_boot_elf);
+    c.bus.install(good_old);
+    c.bus.write_job();
+    const tools::FirmwareUpdates updates(c.tool, file);
+    c.power_up();
+    ASSERT_TRUE(c.run_for(3 * kSecond, [&] { return c.bus.in_application(); }));
+    EXPECT_TRUE(c.heard(image_fault_text(fault)) && c.bus.holds(good_old)) << image_fault_text(fault);
   }
-  std::printf("%u cuts among %u operations: old image %d, new image %d, waiting %d\n", cases, operations, ends[0], ends[1], ends[2]);
+  Bench c({}, 1, release_boot_elf);
+  c.bus.install(test_signed(old));
+  c.power_up();
+  ASSERT_TRUE(c.run_for(kSecond, [&] { return c.heard(boot_reason_text(BootReason::damaged_application)); }));
+  EXPECT_EQ(name_of(c), "org.rotorloop.b_g431b_esc1") << "nothing behind it";
+  const auto good = release.signed_image(wanted);
+  tools::FirmwareUpdates updates(c.tool, good);
+  updates.start(kNode);
+  EXPECT_TRUE(c.run_for(5 * kSecond, [&] { return updates.step(), c.bus.in_application(); }));
+  EXPECT_TRUE(c.bus.holds(good));
 }
 
 }  // namespace
@@ -218,11 +172,12 @@ TEST(BootCutOnChip, PowerCutsAtFixedOperationsOfAnUpdateEndWithTheNewImage) {
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  if (argc != 3) return std::fprintf(stderr, "usage: boot_chip_test BOOTLOADER_ELF APPLICATION_ELF\n"), 2;
+  if (argc != 4) return std::fprintf(stderr, "usage: boot_chip_test BOOTLOADER_ELF APPLICATION_ELF BOOTLOADER_OF_A_RELEASE_KEY_ELF\n"), 2;
   rotorloop::boot_chip::boot_elf = argv[1];
   rotorloop::boot_chip::application_elf = argv[2];
-  if (!std::filesystem::exists(argv[1]) || !std::filesystem::exists(argv[2])) {
-    std::printf("skipped: 10 tests; the programs were not built\n");
+  rotorloop::boot_chip::release_boot_elf = argv[3];
+  if (!std::all_of(argv + 1, argv + argc, [](const char* file) { return std::filesystem::exists(file); })) {
+    std::printf("skipped: 1 program; the programs of the chip were not built\n");
     return 77;
   }
   return RUN_ALL_TESTS();

@@ -9,10 +9,10 @@
 
 namespace rotorloop::boot_chip {
 
-class BootFleet final : public TimedBus {
+class BootFleet final : public ToolBus {
  public:
   // Nodes kNode, kNode + 1, …
-  BootFleet(const std::string& program, int chips) : bus(sim::BusConfig{.seed = 1}), port_(&bus.attach({.name = "tool"})) {
+  BootFleet(const std::string& program, int chips) : ToolBus({.seed = 1}) {
     for (int i = 0; i < chips; ++i) {
       units_.push_back(std::make_unique<Unit>(bus, i));
       load_program(units_.back()->chip, program);
@@ -33,26 +33,12 @@ class BootFleet final : public TimedBus {
   }
 
   // TimedBus
-  SendStatus send_any(const BusFrame& f) override { return port_->send(*f.classic()); }
-  std::optional<StampedBusFrame> receive_any() override {
-    if (!waiting_) take();
-    const auto out = waiting_;
-    waiting_.reset();
-    return out;
-  }
   std::int64_t now_ns() const override { return bus.now_ns(); }
   void wait_until(std::int64_t deadline_ns) override {
-    while (!waiting_ && bus.now_ns() < deadline_ns) {
-      step(std::min(deadline_ns, next_tick_ns_));
-      take();
-    }
+    while (!take() && bus.now_ns() < deadline_ns) step(std::min(deadline_ns, next_tick_ns_));
   }
-  BusState state() const override { return port_->state(); }
-  PortCounters counters() const override { return port_->counters(); }
-  std::string name() const override { return "chips:"; }
 
   std::function<void(std::int64_t now_ns)> each_ms;
-  sim::VirtualBus bus;
 
  private:
   struct Unit {
@@ -82,12 +68,6 @@ class BootFleet final : public TimedBus {
     if (each_ms) each_ms(slot_ns);
   }
 
-  void take() {
-    if (const auto f = port_->receive()) waiting_ = StampedBusFrame{.frame = BusFrame(f->frame), .time_ns = f->time_ns};
-  }
-
-  CanBus* port_;
-  std::optional<StampedBusFrame> waiting_;
   std::vector<std::unique_ptr<Unit>> units_;
   std::int64_t next_tick_ns_ = 1'000'000;
 };

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "host/base/random.hpp"
+#include "test/target/boot_bench.hpp"
 #include "test/target/boot_fleet.hpp"
 #include "test/target/boot_programs.hpp"
 
@@ -14,7 +15,6 @@ namespace {
 
 using namespace protocols;
 using tools::UpdatePhase;
-constexpr std::int64_t kMs = 1'000'000, kSecond = 1000 * kMs;
 
 // The program of this repository by script, else one of 12 KB, which takes a seventh of the time.
 std::vector<std::uint8_t> image_for_the_bus() {

@@ -1,14 +1,11 @@
 // The linked program on the emulated chip with a motor that it turns, and what an injected failure does to the gates. The bench is brought
 // to 3 000 rpm once; each failure then has a process of its own, a fork, which is a snapshot of chip, motor and bus alike.
 #pragma once
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <numbers>
-#include <type_traits>
 
 #include "protocols/types.hpp"
 #include "test/target/boot_chip.hpp"
+#include "test/target/in_a_fork.hpp"
 
 namespace rotorloop::safety {
 
@@ -192,27 +189,5 @@ class Bench {
   std::uint64_t commands_ = 0;
   std::optional<Patched> patched_;
 };
-
-// What `f` returns, by a process that begins as this one is now; none when that process ends otherwise.
-template <class F, class Result = std::invoke_result_t<F>>
-std::optional<Result> in_a_fork(const F& f) {
-  static_assert(std::is_trivially_copyable_v<Result>);
-  int ends[2];
-  if (::pipe(ends) != 0) return std::nullopt;
-  std::fflush(stdout);
-  const pid_t child = ::fork();
-  if (child == 0) {
-    const Result r = f();
-    const bool whole = ::write(ends[1], &r, sizeof r) == static_cast<ssize_t>(sizeof r);
-    ::_exit(whole ? 0 : 1);
-  }
-  ::close(ends[1]);
-  Result r{};
-  const bool whole = child > 0 && ::read(ends[0], &r, sizeof r) == static_cast<ssize_t>(sizeof r);
-  ::close(ends[0]);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return whole ? std::optional(r) : std::nullopt;
-}
 
 }  // namespace rotorloop::safety
