@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,6 +37,19 @@ void choose_interface(BusLog& log, const ReplayArguments& o) {
   std::erase_if(log.frames, [&](const LoggedFrame& f) { return f.interface != index; });
 }
 
+// A recording has the frames of its own program when it sent them, and those of others by their stamp, which is from before it read them.
+// More disorder than a frame can wait for its bus is no single recording.
+void put_in_order(BusLog& log, const std::string& file) {
+  constexpr std::int64_t kMostDisorder_ns = 100'000'000;
+  std::int64_t newest_ns = INT64_MIN;
+  for (const LoggedFrame& f : log.frames) {
+    newest_ns = std::max(newest_ns, f.time_ns);
+    if (newest_ns - f.time_ns > kMostDisorder_ns)
+      throw Error({file, "frames are not in order of time", "several recordings were joined", "sort the lines by their time stamp"});
+  }
+  std::stable_sort(log.frames.begin(), log.frames.end(), [](const LoggedFrame& a, const LoggedFrame& b) { return a.time_ns < b.time_ns; });
+}
+
 int replay(const ReplayArguments& o) {
   if (!(o.options.pace >= 0.01 && o.options.pace <= 1000.0))
     throw Error({"--pace", fmt::format("{} is out of range: 0.01 to 1000", o.options.pace), "", "1 is as recorded, 2 twice as fast"});
@@ -46,8 +60,7 @@ int replay(const ReplayArguments& o) {
   if (log.skipped_remote + log.skipped_error > 0)
     fmt::print(stderr, "{}: passed over: {} remote frames, {} error reports\n", o.file, log.skipped_remote, log.skipped_error);
   if (log.frames.empty()) throw Error({o.file, "holds no frame that can be sent", "", "give another recording"});
-  if (!std::is_sorted(log.frames.begin(), log.frames.end(), [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; }))
-    throw Error({o.file, "frames are not in order of time", "several recordings were joined", "sort the lines by their time stamp"});
+  put_in_order(log, o.file);
   const auto bus = open_bus(o.bus, "bus");
   tools::Replay player(log, o.options, bus->now_ns());
   TimedBus* const alone = bus.get();

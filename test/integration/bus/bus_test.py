@@ -168,6 +168,22 @@ class BusCommand(CommandTest):
         out = heard.communicate(timeout=DEADLINE_s)[0]
         self.assertEqual([line.split()[2] for line in out.splitlines()], ["14015578#00000000000000C0"] * 2)
 
+    def test_a_recording_whose_own_frames_stand_a_little_too_early_plays_in_order_of_time_and_several_joined_ones_are_refused(self):
+        self.write("own.log", "(1.000000) can0 123#01\n(1.010020) can0 123#03\n(1.010000) can0 123#02\n")
+        heard = self.start("bus", "dump", "mcast:3", "--count", 3, "--raw")
+        end = time.monotonic() + DEADLINE_s
+        while heard.poll() is None and time.monotonic() < end:
+            done = self.run_command("bus", "replay", "own.log", "mcast:3")
+            self.assertIn("3 frames sent, 0 not taken", done.stdout + done.stderr)
+        lines = heard.communicate(timeout=DEADLINE_s)[0].splitlines()
+        data = "".join(line.split("#")[1] for line in lines)
+        self.assertIn(data, "010203010203", "in order, from wherever it began to hear")
+        self.assertEqual({line.split()[1] for line in lines}, {"mcast3"})
+        self.write("joined.log", "(1.000000) can0 123#01\n(1.210000) can0 123#03\n(1.010000) can0 123#02\n")
+        done = self.run_command("bus", "replay", "joined.log", "mcast:3")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("frames are not in order of time", done.stderr)
+
     def test_an_slcan_server_bridges_a_serial_program_to_the_bus_and_back(self):
         bridge = self.start("bus", "bridge", "mcast:3", "slcan-server:tty_esc")
         self.line_with(bridge.stderr, "bridge up")
