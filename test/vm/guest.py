@@ -5,11 +5,13 @@ nothing that is measured there. The guest ends with the command's exit code; 77:
 usage: guest.py --kernel FOLDER --init PROGRAM [--set NAME=VALUE]… [--module NAME]… -- COMMAND…   FOLDER: an unpacked linux-image package (scripts/lib.sh: guest_kernel)
 """
 import argparse
+import ctypes
 import lzma
 import os
 import pathlib
 import re
 import shutil
+import signal
 import stat
 import subprocess
 import sys
@@ -93,13 +95,19 @@ def initramfs(folder, init, command, environment, modules):
     return archive(files)
 
 
+def end_with_parent():
+    """Of QEMU: a test that is killed leaves none behind."""
+    PR_SET_PDEATHSIG = 1
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
 def boot(kernel, initrd, limit_s):
     words = ["qemu-system-x86_64", "-accel", "tcg", "-cpu", "qemu64", "-icount", "shift=0,sleep=off", "-rtc", "base=2026-01-01T00:00:00,clock=vm",
              "-M", "pc", "-m", "512", "-smp", "1", "-nodefaults", "-no-user-config", "-display", "none", "-serial", "stdio", "-no-reboot",
              "-device", "isa-debug-exit,iobase=0xf4,iosize=1", "-virtfs", "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap",
              "-kernel", kernel, "-initrd", initrd, "-append", "console=ttyS0 panic=-1 nokaslr no_timer_check nolapic_timer quiet"]
     try:
-        status = subprocess.run([str(w) for w in words], stdin=subprocess.DEVNULL, timeout=limit_s).returncode
+        status = subprocess.run([str(w) for w in words], stdin=subprocess.DEVNULL, timeout=limit_s, preexec_fn=end_with_parent).returncode
     except subprocess.TimeoutExpired:
         print(f"guest: no end within {limit_s} s")
         return TIMEOUT
