@@ -16,6 +16,9 @@ struct SweepFile {
   bool judged = true;  // false: printed only
 };
 
+// Photo and mould of one propeller differ by up to 2.1 degrees at 0.75 R, either sign.
+constexpr double kPhotographedTwist_deg = 3.0;
+
 struct CataloguedPropeller {
   std::string key;  // folder below propellers/ of the data folder
   std::string title;
@@ -26,6 +29,7 @@ struct CataloguedPropeller {
   std::vector<SweepFile> sweeps;
   bool judged;  // false: printed only
   SectionChoice section;
+  double pitch_bound_deg = kPhotographedTwist_deg;
 };
 
 const std::vector<CataloguedPropeller>& propeller_catalogue();

@@ -23,10 +23,9 @@ Coefficients predict(const sim::Rotor& rotor, double diameter_m, const MeasuredR
   return {k.c_t, k.c_p};
 }
 
-std::vector<BoundedParameter> blade_parameters() {
+std::vector<BoundedParameter> blade_parameters(double pitch_bound_deg) {
   return {
-      // Photo and mould of one propeller differ by up to 2.1 degrees at 0.75 R, either sign.
-      {"pitch offset", "deg", 0.0, -3.0, 3.0, 0.02},
+      {"pitch offset", "deg", 0.0, -pitch_bound_deg, pitch_bound_deg, 0.02},
       // XFOIL's lift slope at these Reynolds numbers against measured ones; thickness and camber of a moulded blade.
       {"lift scale", "1", 1.0, 0.8, 1.2, 0.002},
       // XFOIL gives too little drag below Reynolds number 8e4, by up to a half; a rough blade adds some.
@@ -44,7 +43,7 @@ sim::Blade with_parameters(sim::Blade blade, const std::vector<double>& values) 
   return blade;
 }
 
-LeastSquaresFit fit_blade(const sim::Blade& blade, double diameter_m, const std::vector<MeasuredRow>& rows) {
+LeastSquaresFit fit_blade(const sim::Blade& blade, double diameter_m, const std::vector<MeasuredRow>& rows, double pitch_bound_deg) {
   const auto residuals = [&](const std::vector<double>& values) {
     const sim::Rotor rotor(with_parameters(blade, values));
     std::vector<double> r;
@@ -56,7 +55,7 @@ LeastSquaresFit fit_blade(const sim::Blade& blade, double diameter_m, const std:
     }
     return Eigen::VectorXd(Eigen::Map<Eigen::VectorXd>(r.data(), static_cast<Eigen::Index>(r.size())));
   };
-  return fit_least_squares(blade_parameters(), residuals);
+  return fit_least_squares(blade_parameters(pitch_bound_deg), residuals);
 }
 
 ErrorRms score(const sim::Rotor& rotor, double diameter_m, const std::vector<MeasuredRow>& rows) {
@@ -91,7 +90,7 @@ PropellerResult validate(const MeasuredPropeller& propeller) {
   for (const GeometryChoice& g : propeller.geometries) {
     GeometryResult r;
     r.source = g.source;
-    r.fit = fit_blade(g.blade, diameter_m, training);
+    r.fit = fit_blade(g.blade, diameter_m, training, propeller.entry.pitch_bound_deg);
     r.unfitted_blade = g.blade;
     r.fitted_blade = with_parameters(g.blade, r.fit.values);
     const sim::Rotor unfitted(r.unfitted_blade), fitted(r.fitted_blade);

@@ -22,11 +22,12 @@ struct Coefficients {
 Coefficients predict(const sim::Rotor& rotor, double diameter_m, const MeasuredRow& row);
 
 // Pitch offset, lift scale, drag scale, stall delay: start and bounds, with their reasons in the source.
-std::vector<BoundedParameter> blade_parameters();
+std::vector<BoundedParameter> blade_parameters(double pitch_bound_deg = kPhotographedTwist_deg);
 sim::Blade with_parameters(sim::Blade blade, const std::vector<double>& values);
 
 // Least squares of the relative errors of C_T and C_P over the rows with C_T > kLeastThrust.
-LeastSquaresFit fit_blade(const sim::Blade& blade, double diameter_m, const std::vector<MeasuredRow>& rows);
+LeastSquaresFit fit_blade(const sim::Blade& blade, double diameter_m, const std::vector<MeasuredRow>& rows,
+                          double pitch_bound_deg = kPhotographedTwist_deg);
 
 struct ErrorRms {
   int rows = 0;

@@ -87,7 +87,7 @@ int fit(RotorFitArguments o) {
   fmt::print("{}", o.json ? propeller::blade_fit_json(result, files_written, kVersion) : propeller::blade_fit_text(result));
   if (!o.json)
     for (const auto& [path, text] : files_written) fmt::print("written: {}\n", path.generic_string());
-  return to_int(result.misses.empty() ? ExitCode::ok : ExitCode::verdict);
+  return to_int(!result.fitted || propeller::holds(result) ? ExitCode::ok : ExitCode::verdict);
 }
 
 }  // namespace
@@ -135,7 +135,8 @@ void add_rotor_fit(CLI::App& rotor, int& exit_code) {
       "  rotorloop rotor fit prop_geom.txt prop_static.txt prop_J_5039rpm.txt --diameter 0.127 -o my/blades/prop.toml\n"
       "  rotorloop rotor fit folder_of_the_propeller --diameter 0.254 -o my/blades/prop.toml\n"
       "  rotorloop rotor fit folder_of_the_propeller --diameter 0.254 --section my/section.dat -o my/blades/prop.toml\n"
-      "Exit codes: 0 written; 6 written, but an error of held-out rows is beyond its limit; 2 bad arguments or files; 3 a file cannot be "
+      "Exit codes: 0 written; 6 written, but held-out static rows or more than a third of the held-out sweeps are beyond their limits; 2 "
+      "bad arguments or files; 3 a file cannot be "
       "written; 5 a stand's run cannot be used.");
   c->callback([o, &exit_code] { exit_code = fit(*o); });
 }

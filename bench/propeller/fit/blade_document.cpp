@@ -56,6 +56,8 @@ std::string blade_fit_json(const BladeFit& f, const std::vector<std::pair<std::f
                {"fitted", f.fitted},
                {"verdict", holds(f) ? "fitted" : "unfitted"},
                {"misses", f.misses},
+               {"sweeps_held_out", f.sweeps_held_out},
+               {"sweeps_within", f.sweeps_within},
                {"files", files},
                {"section",
                 {{"inner", f.section.inner},

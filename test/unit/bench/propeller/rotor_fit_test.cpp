@@ -138,14 +138,23 @@ TEST_F(PropellerFolder, SweepsOfOneSpeedGoByTheirFilesAndAMakersPredictionIsNeve
   EXPECT_EQ(sweep_to_fit(files.sets), 0u) << "a prediction alone: no sweep is fitted";
 }
 
-TEST(RotorFitVerdict, IsFittedWithinAllLimitsAndElseNamesEachSetThatMisses) {
+TEST(RotorFitVerdict, IsFittedWithTwoThirdsOfTheSweepsWithinTheirLimitsAndNamesEachSetThatMisses) {
   BladeFit f;
   EXPECT_EQ(verdict_text(f), "unfitted: there are no measurements");
   f.fitted = true;
   EXPECT_TRUE(holds(f));
+  EXPECT_EQ(verdict_text(f), "fitted");
   f.misses = {"C_T of J 4031 rpm: 28.1 %, allowed 10 %"};
-  EXPECT_FALSE(holds(f));
+  f.sweeps_held_out = 3;
+  f.sweeps_within = 2;
+  EXPECT_TRUE(holds(f));
+  EXPECT_EQ(verdict_text(f), "fitted, but not for C_T of J 4031 rpm: 28.1 %, allowed 10 %");
+  f.sweeps_held_out = 4;
+  EXPECT_FALSE(holds(f)) << "half of the sweeps";
   EXPECT_EQ(verdict_text(f), "unfitted: C_T of J 4031 rpm: 28.1 %, allowed 10 %");
+  f.sweeps_held_out = 0;
+  f.static_within = false;
+  EXPECT_FALSE(holds(f)) << "a static table beyond its limits";
 }
 
 // Held-out scores of each part: (static or sweep by its speed) -> errors.
