@@ -80,7 +80,7 @@ def check_release_key(source, elf, work):
     subprocess.run(["cmake", "--preset", "firmware", "-S", source, "-B", folder, "-DROTORLOOP_UPDATE_KEY=release", f"-DROTORLOOP_RELEASE_KEY={public}"], cwd=source, check=True, stdout=subprocess.DEVNULL)
     subprocess.run(["cmake", "--build", folder, "--target", BOOT], check=True, stdout=subprocess.DEVNULL)
     boot = folder / "bin" / BOOT
-    release = lambda *key: run(sys.executable, "-B", source / "scripts/firmware_release.py", elf, boot, out, "--commit", "0", *key)
+    release = lambda *key: run(sys.executable, "-B", source / "scripts/firmware_release.py", elf, boot, elf.with_name(SELFTEST), out, "--commit", "0", *key)
     if release().returncode == 0 or "does not have this key" not in release().stderr:
         wrong.append("a release says that the bootloader has the test key, and it has another")
     shutil.rmtree(out, ignore_errors=True)
