@@ -100,7 +100,13 @@ void refuse_idle_options(const DiagnoseArguments& o, const Names& given) {
 
 int diagnose_flights(const DiagnoseArguments& o, const StopSignals& stop) {
   const RunClock clock;
-  const auto show = [&](const diagnose::DiagnoseProgress& p) { fmt::print(stderr, "{:3.0f} %  {}\n", 100.0 * p.done, p.part); };
+  const auto show = [&](const diagnose::DiagnoseProgress& p) {
+    // The shares are those of a search that finds as many effects as it may; most end earlier.
+    constexpr double kBaseline = 0.3;  // the fit before the search: how long it takes says little of the rest
+    const double spent_s = clock.elapsed_s();
+    fmt::print(stderr, "{:3.0f} %  {}; {} so far{}\n", 100.0 * p.done, p.part, duration_text(spent_s),
+               p.done > kBaseline ? fmt::format(", at most about {} left", duration_text(spent_s * (1.0 - p.done) / p.done)) : "");
+  };
   const bool silent = progress_style(o.quiet) == ProgressStyle::silent;
   diagnose::DiagnosisWatch watch{print_findings(o.quiet), {}, {stop.flag()}};
   if (!silent) watch.progress = show;

@@ -1,6 +1,7 @@
 // Mass and geometry other than the vehicle file says. Products of inertia are not here: their torque needs the angular acceleration,
 // so they are parameters of the fit itself (body.inertia.xy, xz, yz).
 #pragma once
+#include "host/effects/flight_time.hpp"
 #include "host/effects/term_math.hpp"
 
 namespace rotorloop::host {
@@ -14,6 +15,18 @@ struct ComOffset {
   static void inflow(const S* c, LoadState<S>& s, std::size_t i) {
     s.rotor[i].arm_B_m.x -= c[0];
     s.rotor[i].arm_B_m.y -= c[1];
+  }
+};
+
+// m = m_0 (1 + rate t), t since the start of the flight: fuel that is burnt, a tank that is emptied. The fit divides by m_0; what leaves
+// the vehicle takes no momentum with it, and inertia and centre of mass stay.
+struct MassDrift : FlightTime {
+  static constexpr std::string_view kId = "mass_drift";
+  static constexpr TermParameter kParameters[] = {{"rate_1_s", "1/s", -0.01, 0.01, 1.5e-3, 0.0}};
+
+  template <class S>
+  static void body(const S* c, LoadState<S>& s) {
+    s.force_B_N = scaled(1.0 / (1.0 + c[0] * s.memory[0]), s.force_B_N);
   }
 };
 

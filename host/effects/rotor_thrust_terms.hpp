@@ -1,5 +1,6 @@
 // Thrust that is not what eq. (1)-(2) say of this rotor speed: another coefficient, one rotor alone, another law, or late.
 #pragma once
+#include "host/effects/flight_time.hpp"
 #include "host/effects/term_math.hpp"
 
 namespace rotorloop::host {
@@ -76,6 +77,32 @@ struct WeakRotor {
   template <class S>
   static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
     s.rotor[i].thrust_N *= 1.0 + c[i];
+  }
+};
+
+// T *= 1 + rate t, t since the start of the flight: ice or dirt on all blades, or a coefficient that a rotor loses as it warms.
+struct ThrustDrift : FlightTime {
+  static constexpr std::string_view kId = "thrust_drift";
+  static constexpr TermParameter kParameters[] = {{"rate_1_s", "1/s", -0.02, 0.02, 1.5e-3, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    s.rotor[i].thrust_N *= 1.0 + c[0] * s.memory[0];
+  }
+};
+
+// T_i *= 1 + rate_i t: one rotor fades in flight. All four alike are thrust_drift, which is the simpler law; no number of the model drifts,
+// so their common part is their own.
+struct RotorThrustDrift : FlightTime {
+  static constexpr std::string_view kId = "rotor_thrust_drift";
+  static constexpr TermParameter kParameters[] = {{"rate_1", "1/s", -0.02, 0.02, 1.5e-3, 0.0},
+                                                  {"rate_2", "1/s", -0.02, 0.02, 1.5e-3, 0.0},
+                                                  {"rate_3", "1/s", -0.02, 0.02, 1.5e-3, 0.0},
+                                                  {"rate_4", "1/s", -0.02, 0.02, 1.5e-3, 0.0}};
+
+  template <class S>
+  static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
+    s.rotor[i].thrust_N *= 1.0 + c[i] * s.memory[0];
   }
 };
 

@@ -48,6 +48,8 @@ constexpr Term kTerms[] = {
     make_term<ThrustSpeedCubed>(),
     make_term<HighAdvanceThrust>(),
     make_term<WeakRotor>(),
+    make_term<ThrustDrift>(),
+    make_term<RotorThrustDrift>(),
     make_term<ThrustLag>(),
     make_term<DynamicInflow>(),
     // rotor_torque_terms.hpp
@@ -93,6 +95,9 @@ constexpr Term kTerms[] = {
     make_term<Tether>(),
     make_term<WorldForce>(),
     make_term<HeightPull>(),
+    // mass_geometry.hpp: after all forces but weight
+    make_term<MassDrift>(),
+    // outside_forces.hpp
     make_term<GravityTilt>(),
     // slung_load.hpp: after every other force, for the string's tension follows from them
     make_term<SlungLoad>(),

@@ -94,7 +94,7 @@ DiagnosisRun diagnose(const FlightsToDiagnose& flights, const host::VehicleFile&
   }
   report_model(search, o, out);
   report_checks(flights, d);
-  add_words(out.after.problem.start, o.criteria, d);
+  add_words(out.after.problem.start, flights.rotor_columns, o.criteria, d);
   try {
     if (!stopped) {
       choose_manoeuvres(out, o.library, o.identify.fit.threads, o.identify.fit.stop);

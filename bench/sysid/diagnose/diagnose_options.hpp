@@ -1,5 +1,6 @@
 // What a diagnosis is made of: flights, and how they are looked at.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -30,6 +31,7 @@ struct FlightsToDiagnose {
   std::vector<identify::FlightToFit> held_out = {};         // no part in the choice
   std::vector<std::vector<log::LogFinding>> findings = {};  // of the checks, of each fitted flight; empty where no checks were made
   std::vector<log::CheckedFlight> refused = {};             // by the checks: a fault of the log, and no part of anything
+  std::array<std::string, 4> rotor_columns = {};            // what the logs call the speed of each rotor; empty: as we do
 };
 
 struct DiagnoseProgress {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "bench/sysid/identify/identified_vehicle.hpp"
+#include "bench/sysid/log/log_mapping.hpp"
 #include "host/base/nearest.hpp"
 #include "host/base/sha256.hpp"
 #include "rotorloop_version.hpp"
@@ -55,6 +56,18 @@ void refuse_unknown_effects(const std::vector<std::string>& ids, const host::Eff
                    did_you_mean(id, known) + "effects/catalogue.toml lists them"});
 }
 
+// What the mapping calls the speeds of our rotors 1 to 4.
+std::array<std::string, 4> rotor_columns(const std::filesystem::path& mapping) {
+  std::array<std::string, 4> out;
+  if (mapping.empty()) return out;
+  for (const log::MappedStream& s : log::read_log_mapping(mapping).streams) {
+    if (s.quantity != log::LogQuantity::rotor_speed || s.columns.size() != out.size()) continue;
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = s.columns[i].name;
+    return out;
+  }
+  return out;
+}
+
 }  // namespace
 
 NominalModel read_nominal_model(const DiagnosisRequest& r) {
@@ -84,7 +97,11 @@ DiagnosedFlights run_diagnosis(const DiagnosisRequest& r, const DiagnosisWatch& 
   }
   read.inputs.insert(read.inputs.begin(), {r.vehicle.generic_string(), sha256_file(r.vehicle)});
   if (out.nominal.own) read.inputs.insert(read.inputs.begin() + 1, {r.library.generic_string(), sha256_file(r.library)});
-  FlightsToDiagnose flights{.fitted = read.to_fit(), .held_out = read.held_out(), .findings = {}, .refused = read.refused};
+  FlightsToDiagnose flights{.fitted = read.to_fit(),
+                            .held_out = read.held_out(),
+                            .findings = {},
+                            .refused = read.refused,
+                            .rotor_columns = rotor_columns(r.flights.mapping)};
   for (std::size_t f = 0; f < read.checked.size() && f < read.fitted; ++f) flights.findings.push_back(read.checked[f].findings);
   out.run = diagnose(flights, base, diagnose_options(r, read.flights, out.nominal, watch.stop), watch.progress);
   if (out.run.diagnosis.verdict == DiagnosisVerdict::incomplete) return out;

@@ -22,27 +22,33 @@ std::string place_of_rotor(const Eigen::Vector3d& p) {
   return along + (along.empty() || across.empty() ? "" : " ") + across;
 }
 
+constexpr std::string_view kRate = "rate";  // a share that changes with time, 1/s
+
 // In the unit of a mechanic: degrees, per cent, milliseconds, millimetres, grams.
 std::string everyday(const NamedValue& v) {
   const struct {
     const char *unit, *everyday;
     double factor;
-  } kUnits[] = {{"rad", "deg", kDeg_per_rad}, {"1", "%", 100.0}, {"s", "ms", 1e3}, {"m", "mm", 1e3}, {"kg", "g", 1e3}};
+  } kUnits[] = {
+      {"1/s", "% a minute", 6e3}, {"rad", "deg", kDeg_per_rad}, {"1", "%", 100.0}, {"s", "ms", 1e3}, {"m", "mm", 1e3}, {"kg", "g", 1e3}};
   for (const auto& u : kUnits) {
+    if (u.unit == std::string_view("1/s") && !v.name.starts_with(kRate)) continue;
     if (v.unit == u.unit && std::fabs(u.factor * v.value) < 1e3) return fmt::format("{:+.2g} {}", u.factor * v.value, u.everyday);
   }
   return fmt::format("{:+.3g}{}{}", v.value, v.unit == "1" ? "" : " ", v.unit == "1" ? "" : v.unit);
 }
 
 // Of one number for each rotor the rotor stands in its place; else "pitch -3.0 deg": the name without its unit.
-std::string in_words(const NamedValue& v, const host::LoadGeometry& geometry) {
+std::string in_words(const NamedValue& v, const host::LoadGeometry& geometry, const std::array<std::string, 4>& rotor_columns) {
   const std::size_t end = v.name.size() - 1;
   if (v.name.size() > 2 && v.name[end - 1] == '_' && v.name[end] >= '1' && v.name[end] <= '4') {
     const auto rotor = static_cast<std::size_t>(v.name[end] - '1');
-    return fmt::format("rotor {} ({}) {}", rotor + 1, place_of_rotor(geometry.rotors[rotor].position_m), everyday(v));
+    const std::string& column = rotor_columns[rotor];
+    return fmt::format("rotor {} ({}{}) {}", rotor + 1, place_of_rotor(geometry.rotors[rotor].position_m),
+                       column.empty() ? "" : ", " + column + " in this log", everyday(v));
   }
   std::string name = v.name;
-  for (const char* unit : {"_rad", "_s", "_m", "_kg"}) {
+  for (const char* unit : {"_rad", "_1_s", "_s", "_m", "_kg"}) {
     const std::string_view u = unit;
     if (name.size() > u.size() && name.ends_with(u)) {
       name.resize(name.size() - u.size());
@@ -55,7 +61,8 @@ std::string in_words(const NamedValue& v, const host::LoadGeometry& geometry) {
 
 }  // namespace
 
-void add_words(const estimate::ModelValues& vehicle, const Criteria& criteria, Diagnosis& d) {
+void add_words(const estimate::ModelValues& vehicle, const std::array<std::string, 4>& rotor_columns, const Criteria& criteria,
+               Diagnosis& d) {
   const host::EffectCatalogue& catalogue = host::builtin_effect_catalogue();
   for (AddedEffect& a : d.added) {
     const host::CatalogueEffect* row = catalogue.find(a.id);
@@ -65,7 +72,7 @@ void add_words(const estimate::ModelValues& vehicle, const Criteria& criteria, D
     for (const NamedValue& v : a.parameters) {
       const auto p = std::find_if(row->model.begin(), row->model.end(), [&](const auto& one) { return one.name == v.name; });
       const double neutral = p == row->model.end() ? row->parameter.neutral : p->neutral;
-      if (std::fabs(v.value - neutral) > criteria.fewest_u * v.u) words.push_back(in_words(v, vehicle.geometry));
+      if (std::fabs(v.value - neutral) > criteria.fewest_u * v.u) words.push_back(in_words(v, vehicle.geometry, rotor_columns));
     }
     a.in_words = fmt::format("{}", fmt::join(words, ", "));
   }

@@ -1,5 +1,6 @@
 // What a diagnosis says in words beside its figures.
 #pragma once
+#include <array>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,10 @@ std::string measurements_used(const identify::Identification& r);
 // A load beside the body shares a scale with all that the vehicle file weighs.
 std::string mass_beside_body(const std::string& id, double load_kg, double body_kg);
 
-// Of each effect its size in words and what to do about it; rotors are named by their place on the vehicle.
-void add_words(const estimate::ModelValues& vehicle, const Criteria& criteria, Diagnosis& d);
+// Of each effect its size in words and what to do about it; rotors are named by their place on the vehicle, and as the logs call them
+// (FlightsToDiagnose::rotor_columns).
+void add_words(const estimate::ModelValues& vehicle, const std::array<std::string, 4>& rotor_columns, const Criteria& criteria,
+               Diagnosis& d);
 
 // What the checks took out of the logs: a fault of a sensor or stream, or no fault. Notes took nothing out.
 void report_checks(const FlightsToDiagnose& flights, Diagnosis& d);

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/constants.hpp"
-#include "host/effects/term_size.hpp"
 #include "host/vehicle/effect_catalogue.hpp"
 
 namespace rotorloop::diagnose {
@@ -40,11 +38,6 @@ void add_scatter(const VarianceResult& variance, const std::vector<std::string>&
   }
 }
 
-double matters_of(std::size_t axis, const estimate::ModelValues& vehicle, const Criteria& criteria) {
-  const double weight_N = vehicle[estimate::kMass] * kGravity_m_s2;
-  return axis < 3 ? criteria.force_matters * weight_N : criteria.torque_matters * weight_N * host::arm_m(vehicle.geometry);
-}
-
 double beyond_noise(const AxisUnexplained& x) { return std::sqrt(std::max(0.0, x.rms * x.rms - x.rms_expected * x.rms_expected)); }
 
 // The residual beyond noise, squared over what matters, summed over the axes of force and torque.
@@ -52,7 +45,7 @@ double missing_power(const ResidualFindings& left, const estimate::ModelValues& 
   double sum = 0.0;
   for (std::size_t a = 0; a < kAxes; ++a) {
     const AxisUnexplained& axis = left.unexplained.axis[a];
-    const double matters = matters_of(a, vehicle, criteria);
+    const double matters = size_that_matters(a, vehicle, criteria);
     sum += beyond_noise(axis) * beyond_noise(axis) / (matters * matters);
   }
   return sum;
@@ -150,7 +143,7 @@ void judge_explained(const ResidualFindings& before, const ResidualFindings& lef
 
 void judge_residuals(const ResidualFindings& left, const estimate::ModelValues& vehicle, Diagnosis& d,
                      const std::vector<std::string>& without, const Criteria& criteria) {
-  for (std::size_t a = 0; a < kAxes; ++a) add_remains_of_axis(left, a, matters_of(a, vehicle, criteria), criteria, d.remains);
+  for (std::size_t a = 0; a < kAxes; ++a) add_remains_of_axis(left, a, size_that_matters(a, vehicle, criteria), criteria, d.remains);
   if (d.added.empty()) {
     add_scatter(left.variance, without, criteria, d);
     if (!d.added.empty()) {

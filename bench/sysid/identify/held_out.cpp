@@ -128,11 +128,33 @@ HeldOutScores score(const std::vector<FlightToFit>& flights, const NoisyModel& o
   }
   score_horizons(all, old.values, now, r.fit.noise.front(), out);
   out.one_step = score::compare(before, after);
+  if (std::string high = floors_above_errors(out.rows); !high.empty()) out.remarks.push_back(std::move(high));
   if (out.one_step.poses == 0) out.remarks.push_back("one step: not scored, the flights have no poses");
   return out;
 }
 
 }  // namespace
+
+std::string floors_above_errors(const std::vector<HeldOutRow>& rows) {
+  constexpr double kAbove = 1.5;
+  constexpr const char* kQuantity[] = {"position", "velocity", "attitude", "body rates"};
+  std::vector<std::string> where;
+  for (std::size_t q = 0; q < score::kPredictedQuantities; ++q) {
+    std::vector<std::string> at_s;
+    double highest = 0.0;
+    for (const HeldOutRow& r : rows) {
+      if (r.quantity != q || !(r.floor > kAbove * r.after)) continue;
+      at_s.push_back(fmt::format("{:g}", r.horizon_s));
+      highest = std::max(highest, r.floor / r.after);
+    }
+    if (!at_s.empty()) where.push_back(fmt::format("{} after {} s (up to {:.1f} times)", kQuantity[q], fmt::join(at_s, ", "), highest));
+  }
+  if (where.empty()) return "";
+  return fmt::format(
+      "the floor is more than {:g} times the error of {}: the noise that was fitted is larger than that of these flights, and "
+      "neither floor nor share closed says anything there",
+      kAbove, fmt::join(where, "; "));
+}
 
 HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& r, const IdentifyOptions& o) {
   // How the log was made is no part of the vehicle: both models get it as identified.

@@ -38,6 +38,10 @@ struct HeldOutScores {
 // identify() for flights that cannot be fitted, and when no flight has even the shortest horizon in one piece.
 HeldOutScores score_held_out(const std::vector<FlightToFit>& flights, const Identification& result, const IdentifyOptions& options);
 
+// A sentence where the floor stands above 1.5 times the error that was measured, with the quantities and horizons; empty where it does
+// nowhere. The noise that such a floor is made of is larger than that of the flights: its share closed says nothing.
+std::string floors_above_errors(const std::vector<HeldOutRow>& rows);
+
 // The same for two fits, the first as `before`, each with the noise figures of its own; both start from the same states.
 HeldOutScores score_models(const std::vector<FlightToFit>& flights, const Identification& before, const Identification& after,
                            const estimate::GridOptions& grid, const WrenchBand& band = {});

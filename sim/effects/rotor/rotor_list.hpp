@@ -30,6 +30,8 @@ extern const EffectInfo kBlockageStrut;
 extern const EffectInfo kRotorRollingMoment;
 extern const EffectInfo kLateralFlapping;
 extern const EffectInfo kWeakRotor;
+extern const EffectInfo kThrustDrift;
+extern const EffectInfo kRotorThrustDrift;
 extern const EffectInfo kRotorTorqueScale;
 extern const EffectInfo kRotorImbalance;
 extern const EffectInfo kBladeFlapping;
@@ -66,6 +68,8 @@ inline constexpr std::array kRotorEffects{
     &kRotorRollingMoment,
     &kLateralFlapping,
     &kWeakRotor,
+    &kThrustDrift,
+    &kRotorThrustDrift,
     &kRotorTorqueScale,
     &kThrustLag,
     &kRotorImbalance,

@@ -7,6 +7,7 @@
 #include "bench/sysid/diagnose/report/diagnosis_outcome.hpp"
 #include "bench/sysid/diagnose/report/rejection_text.hpp"
 #include "bench/sysid/diagnose/report/residual_tree.hpp"
+#include "bench/sysid/identify/report/identify_result.hpp"
 #include "bench/sysid/identify/report/tree_values.hpp"
 
 namespace rotorloop::diagnose {
@@ -149,6 +150,7 @@ ordered_json diagnosis_tree(const DiagnosisRun& run, const identify::IdentifyPro
                    {"white", d.white},
                    {"remarks", d.remarks},
                    {"log_likelihood", {{"before", number(run.before.fit.log_likelihood)}, {"after", number(run.after.fit.log_likelihood)}}},
+                   {"estimates", identify::estimates_json(run.after)},
                    {"rounds", array_of(d.rounds, round_json)},
                    {"flights", array_of(run.after.flights, [](const estimate::GridFlight& g) { return g.name; })},
                    {"provenance",

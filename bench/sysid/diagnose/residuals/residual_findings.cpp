@@ -7,6 +7,8 @@
 
 #include "bench/render/digits.hpp"
 #include "bench/sysid/diagnose/residuals/flight_inputs.hpp"
+#include "host/base/constants.hpp"
+#include "host/effects/term_size.hpp"
 
 namespace rotorloop::diagnose {
 namespace {
@@ -72,6 +74,11 @@ void add_words(ResidualFindings& f) {
 
 }  // namespace
 
+double size_that_matters(std::size_t axis, const estimate::ModelValues& vehicle, const Criteria& criteria) {
+  const double weight_N = vehicle[estimate::kMass] * kGravity_m_s2;
+  return axis < 3 ? criteria.force_matters * weight_N : criteria.torque_matters * weight_N * host::arm_m(vehicle.geometry);
+}
+
 ResidualFindings analyse_residuals(const identify::Identification& result, const ResidualOptions& o) {
   ResidualFindings f;
   SeriesOptions series;
@@ -95,6 +102,7 @@ ResidualFindings analyse_residuals(const identify::Identification& result, const
   f.variance = variance_effects(s, variance_kinds(s), {.criteria = o.criteria});
   StepOptions steps;
   steps.seed = o.seed;
+  for (std::size_t a = 0; a < kAxes; ++a) steps.matters[a] = size_that_matters(a, result.problem.start, o.criteria);
   f.steps = steps_in_time(s, step_kinds(s.state), steps);
   add_words(f);
   s.simulated.clear();

@@ -26,6 +26,9 @@ struct ResidualFindings {
   std::vector<std::string> words;  // most important first
 };
 
+// Of force (N) or torque (N m) on this axis: what less than that is missing counts for nothing on this vehicle.
+double size_that_matters(std::size_t axis, const estimate::ModelValues& vehicle, const Criteria& criteria);
+
 struct ResidualOptions {
   std::uint64_t seed = 1;
   // The logs of the fit, in its order: with them gyro and accelerometer that the fit did not use are compared too.

@@ -196,9 +196,25 @@ void compare_with_chance(const Search& search, const RandomStream& random, int r
     s.p = std::min(s.p, 0.01 * std::pow(1.0 + (s.chi2 / s.limit - 1.0) * kLimit / blocks, -0.5 * blocks));
 }
 
+// Whether a step behind `share` of a flight makes an rms that matters on one of the axes.
+bool step_matters(const Samples& samples, const StepKind& kind, const TimeStep& s, double share, const std::array<double, 6>& matters) {
+  Eigen::Matrix<double, 6, 1> square = Eigen::Matrix<double, 6, 1>::Zero();
+  double count = 0.0;
+  for (const Piece& p : samples.pieces) {
+    if (p.flight != s.flight) continue;
+    for (std::size_t i = p.first; i < p.first + p.count; ++i) square += kind.wrench[i].cwiseAbs2();
+    count += static_cast<double>(p.count);
+  }
+  for (Eigen::Index a = 0; a < square.size(); ++a) {
+    const double rms = std::fabs(s.size) * std::sqrt(square[a] / count * share * (1.0 - share));
+    if (rms > 0.0 && rms >= matters[static_cast<std::size_t>(a)]) return true;
+  }
+  return false;
+}
+
 void gather_events(StepsResult& out) {
   for (std::size_t i = 0; i < out.steps.size(); ++i) {
-    if (out.steps[i].p_holm >= 0.01) continue;
+    if (out.steps[i].p_holm >= 0.01 || !out.steps[i].matters) continue;
     const auto same = [&](const std::vector<std::size_t>& event) {
       const TimeStep& first = out.steps[event.front()];
       return first.flight == out.steps[i].flight && !(std::fabs(first.at_s - out.steps[i].at_s) > kSameEvent_s);
@@ -234,6 +250,7 @@ StepsResult steps_in_time(const ResidualSeries& r, std::span<const StepKind> kin
       s.at_s = c.end_s[search.best.at];
       s.chi2 = search.best.chi2;
       measure_size(search, least, s);
+      s.matters = step_matters(r.samples, kinds[k], s, static_cast<double>(search.best.at + 1) / static_cast<double>(n), o.matters);
       compare_with_chance(search, RandomStream(o.seed, kOrderModule + 64 * f + k), o.resamples, s);
       out.steps.push_back(std::move(s));
     }

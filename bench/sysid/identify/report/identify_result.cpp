@@ -336,6 +336,10 @@ ordered_json identify_tree(const Identification& r, const IdentifyAnalysis& a, c
   return j;
 }
 
+ordered_json estimates_json(const Identification& r) {
+  return array_of(r.fit.estimates, [&](const estimate::Estimate& e) { return estimate_json(r, e, std::nullopt); });
+}
+
 std::string identify_result_json(const Identification& r, const IdentifyAnalysis& a, const FileComparison& compared,
                                  const std::vector<log::CheckedFlight>& checked, const IdentifyProvenance& p) {
   return identify_tree(r, a, compared, checked, p).dump(1) + "\n";

@@ -11,6 +11,8 @@
 namespace rotorloop::identify {
 
 nlohmann::ordered_json input_json(const log::InputHash& input);
+// Every estimate of the fit with its uncertainties and mark, whether or not a vehicle file can be made of them.
+nlohmann::ordered_json estimates_json(const Identification& result);
 
 struct IdentifyProvenance {
   std::string version, git, started_utc;

@@ -49,12 +49,24 @@ struct Wrench {
   std::array<RotorLoad<double>, kRotors> rotor;
 };
 
+// Of the terms twenty seconds after the flight began; whatever swings hangs at rest.
+inline constexpr double kInFlight_s = 20.0;
+template <class S>
+std::vector<S> memory_in_flight(const TermList& terms) {
+  std::vector<S> out;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    for (const TermMemory& m : terms.term(i).info.memory) out.push_back(S(m.start_u > 0.0 ? m.start.neutral : kInFlight_s));
+  }
+  return out;
+}
+
 inline Wrench wrench(const VehicleModel& m, const LoadInput<double>& in, const TermList& terms = {},
                      const std::vector<double>& values = {}) {
   const LoadParameters<double> p = load_parameters(m);
   const LoadGeometry g = load_geometry(m);
   LoadState<double> s{in, p, g, {}, {}, {}, {}, {}, {}, {}};
-  const TermSet<double> set(terms, values.data());
+  const std::vector<double> memory = memory_in_flight<double>(terms);
+  const TermSet<double> set(terms, values.data(), memory.empty() ? nullptr : memory.data());
   loads(s, &set);
   return {{s.force_B_N.x, s.force_B_N.y, s.force_B_N.z}, {s.torque_B_N_m.x, s.torque_B_N_m.y, s.torque_B_N_m.z}, s.rotor};
 }

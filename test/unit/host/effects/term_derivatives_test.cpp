@@ -85,7 +85,8 @@ TEST_P(EveryTerm, HasExactDerivativesByItsParameters) {
     std::vector<ExtraDual> c;
     for (std::size_t k = 0; k < values.size(); ++k) c.push_back(ExtraDual::variable(values[k], static_cast<int>(k)));
     LoadState<ExtraDual> s{in, p, g, {}, {}, {}, {}, {}, {}, {}};
-    const TermSet<ExtraDual> set(list, c.data());
+    const auto memory = memory_in_flight<ExtraDual>(list);
+    const TermSet<ExtraDual> set(list, c.data(), memory.empty() ? nullptr : memory.data());
     loads(s, &set);
     for (std::size_t k = 0; k < values.size(); ++k) {
       const double e = 1e-4 * t.info.parameters[k].scale;
@@ -128,7 +129,8 @@ TEST_P(EveryTerm, HasExactDerivativesByMotionAttitudePlaceAndThePapersParameters
     const LoadParameters<D> p = parameters(x);
     std::vector<D> c(values.begin(), values.end());
     LoadState<D> s{in, p, g, {}, {}, {}, {}, {}, {}, {}};
-    const TermSet<D> set(list, c.data());
+    const auto memory = memory_in_flight<D>(list);
+    const TermSet<D> set(list, c.data(), memory.empty() ? nullptr : memory.data());
     loads(s, &set);
     const auto plain = [&](std::size_t j, double e) {
       std::array<double, 20> y{};
@@ -136,7 +138,8 @@ TEST_P(EveryTerm, HasExactDerivativesByMotionAttitudePlaceAndThePapersParameters
       const LoadInput<double> at = state(y);
       const LoadParameters<double> q = parameters(y);
       LoadState<double> o{at, q, g, {}, {}, {}, {}, {}, {}, {}};
-      const TermSet<double> plain_set(list, values.data());
+      const auto plain_memory = memory_in_flight<double>(list);
+      const TermSet<double> plain_set(list, values.data(), plain_memory.empty() ? nullptr : plain_memory.data());
       loads(o, &plain_set);
       std::array<double, 6> r;
       for (std::size_t i = 0; i < 6; ++i) r[i] = *rows(o)[i];

@@ -117,6 +117,21 @@ TEST(WeakRotor, BreaksAtItsTime) {
   EXPECT_FALSE(untouched(after("weak_rotor", -0.2, 0, rotor_in_air({5, 0, 0}, 10.0), {{"from_s", 10.0}})));
 }
 
+TEST(ThrustDrift, LosesSixPerCentInAMinuteAtAThousandthASecondOnEveryRotorAndNothingAtTheStart) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_TRUE(untouched(after("thrust_drift", -1e-3, i, rotor_in_air({5, 0, 0}, 0.0)))) << i;
+    const RotorLoads l = after("thrust_drift", -1e-3, i, rotor_in_air({5, 0, 0}, 60.0));
+    EXPECT_NEAR(l.force_R_N.z(), 0.94 * some_loads().force_R_N.z(), 1e-12) << i;
+    EXPECT_EQ(l.shaft_torque_N_m, some_loads().shaft_torque_N_m) << i;
+  }
+}
+TEST(RotorThrustDrift, LosesItOnTheNamedRotorAloneAndNeverPulls) {
+  const BodyMotion late = rotor_in_air({5, 0, 0}, 60.0);
+  EXPECT_TRUE(untouched(after("rotor_thrust_drift", -1e-3, 0, late, {{"rotor", 2.0}})));
+  EXPECT_NEAR(after("rotor_thrust_drift", -1e-3, 1, late, {{"rotor", 2.0}}).force_R_N.z(), 0.94 * some_loads().force_R_N.z(), 1e-12);
+  EXPECT_EQ(after("rotor_thrust_drift", -0.02, 1, late, {{"rotor", 2.0}}).force_R_N.z(), 0.0);
+}
+
 TEST(RotorTorqueScale, ScalesShaftTorqueAndItsReactionOfTheNamedRotorAlone) {
   const RotorLoads l = after("rotor_torque_scale", 0.2, 1, some_motion(), {{"rotor", 2.0}});
   EXPECT_DOUBLE_EQ(l.shaft_torque_N_m, 1.2 * some_loads().shaft_torque_N_m);

@@ -249,6 +249,18 @@ TEST(DiagnosisResult, EveryRoundStandsThereWithItsPlacebosAndEveryCandidateAndWh
     EXPECT_EQ(j.at("typical").get<double>(), d.not_observable[i].typical);
   }
 }
+TEST(DiagnosisResult, EveryEstimateOfTheLastFitStandsThereWithItsUncertaintyAndUnit) {
+  const identify::Identification& after = diagnosed().after;
+  const json& all = written().at("estimates");
+  ASSERT_GT(all.size(), 5u);
+  ASSERT_EQ(all.size(), after.fit.estimates.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const estimate::Estimate& e = after.fit.estimates[i];
+    EXPECT_EQ(all[i].at("name"), estimate::parameter_info(e.parameter, after.problem.start.terms).name);
+    EXPECT_EQ(all[i].at("value").get<double>(), e.value);
+    EXPECT_EQ(all[i].at("u").get<double>(), e.u);
+  }
+}
 TEST(DiagnosisResult, WhatTheChecksTookOutIsAFaultOrLeftOutAndANoteIsNeither) {
   const Diagnosis& d = diagnosed().diagnosis;
   ASSERT_EQ(d.faults.size(), 1u);

@@ -43,6 +43,21 @@ TEST(StepInTime, Of15percentOfOneRotorsThrustAt12sOfTheThirdFlightIsFoundWithMom
   EXPECT_LT(first.p_holm, 1e-4);
 }
 
+TEST(StepInTime, ThatMakesLessOfTheRmsThanMattersIsNoEventHoweverCertain) {
+  ResidualSeries r = known_states();
+  const auto kinds = step_kinds(r.state);
+  Eigen::Matrix<double, 6, 1> lift = Eigen::Matrix<double, 6, 1>::Zero();
+  lift[2] = 0.3;
+  add_wrench(r, 1, 10.0, lift);
+  StepOptions o = quick_steps();
+  ASSERT_FALSE(steps_in_time(r, kinds, o).events.empty());
+  const double rms = 0.5 * lift[2];  // of a step in the middle of a flight about its mean
+  o.matters = {1.2 * rms, 1.2 * rms, 1.2 * rms, 1.0, 1.0, 1.0};
+  EXPECT_TRUE(steps_in_time(r, kinds, o).events.empty());
+  o.matters = {1.0, 1.0, 0.5 * rms, 1.0, 1.0, 1.0};
+  EXPECT_EQ(steps_in_time(r, kinds, o).events.size(), 1u);
+}
+
 std::string reported(const StepsResult& s) {
   std::string out;
   for (const auto& event : s.events) {

@@ -7,10 +7,10 @@
 namespace rotorloop::diagnose {
 namespace {
 
-AddedEffect said(AddedEffect effect) {
+AddedEffect said(AddedEffect effect, const std::array<std::string, 4>& rotor_columns = {}) {
   Diagnosis d;
   d.added.push_back(std::move(effect));
-  add_words(testing::quadrotor_of_0_7_kg_and_125_mm(), {}, d);
+  add_words(testing::quadrotor_of_0_7_kg_and_125_mm(), rotor_columns, {}, d);
   return d.added.front();
 }
 
@@ -20,6 +20,18 @@ TEST(Words, AWeakRotorIsNamedByItsPlaceAndThoseWithinTheirUncertaintyAreNot) {
             .parameters = {{"error_1", "1", 0.001, 0.002}, {"error_3", "1", -0.051, 0.002}, {"error_4", "1", 0.0, 0.002}}});
   EXPECT_EQ(a.in_words, "rotor 3 (front left) -5.1 %");
   EXPECT_NE(a.next.find("pole pairs"), std::string::npos) << a.next;
+}
+
+TEST(Words, ARotorIsAlsoNamedAsTheLogCallsIt) {
+  const AddedEffect a = said({.id = "weak_rotor", .parameters = {{"epsilon_3", "1", -0.051, 0.002}}}, {"m4", "m2", "m3", "m1"});
+  EXPECT_EQ(a.in_words, "rotor 3 (front left, m3 in this log) -5.1 %");
+}
+
+TEST(Words, WhatDriftsIsSaidInPerCentAMinuteAndAGradientOfTheWindIsNot) {
+  EXPECT_EQ(said({.id = "thrust_drift", .parameters = {{"rate_1_s", "1/s", -1.5e-3, 1e-5}}}).in_words, "rate -9 % a minute");
+  EXPECT_EQ(said({.id = "rotor_thrust_drift", .parameters = {{"rate_1", "1/s", 0.0, 1e-5}, {"rate_2", "1/s", -2e-3, 1e-5}}}).in_words,
+            "rotor 2 (rear left) -12 % a minute");
+  EXPECT_EQ(said({.id = "wind_shear", .parameters = {{"gradient_x_1_s", "1/s", 0.3, 0.01}}}).in_words, "gradient x +0.3 1/s");
 }
 
 TEST(Words, ATurnedImuIsTurnedInDegreesAndItsMountingIsLookedAt) {

@@ -174,6 +174,16 @@ TEST(HeldOutHorizons, BelowAStepOfTheStatesThereIsNoPredictionAndThatIsSaid) {
   EXPECT_THAT(s.remarks, Contains(HasSubstr("0.01, 0.02 s: not predicted, a step of the states is 0.04 s long")));
 }
 
+TEST(HeldOutFloors, AboveOneAndAHalfTimesTheErrorAreSaidWithQuantityAndHorizonAndOthersAreNot) {
+  const auto row = [](score::PredictedQuantity quantity, double horizon_s, double floor) {
+    return HeldOutRow{horizon_s, quantity, 1.0, 1.0, {1.0, 0.9, 1.1}, floor, {}};
+  };
+  EXPECT_EQ(floors_above_errors({row(score::kPredictedPosition, 0.1, 1.49), row(score::kPredictedAttitude, 0.5, 0.2)}), "");
+  EXPECT_THAT(floors_above_errors({row(score::kPredictedPosition, 0.1, 1.49), row(score::kPredictedAttitude, 0.5, 2.0),
+                                   row(score::kPredictedAttitude, 1.0, 1.6)}),
+              testing::AllOf(HasSubstr("attitude after 0.5, 1 s (up to 2.0 times)"), testing::Not(HasSubstr("position"))));
+}
+
 TEST(HeldOutPage, ColoursOnlyDifferencesThatAreWorthOne) {
   HeldOutScores s;
   s.flights = {"kept"};
