@@ -101,6 +101,8 @@ int make(VehicleArguments& o) {
   for (const auto& file : o.blade.empty() ? std::vector{polar} : blade.polar_files) copy_polar(file, o.folder);
   const std::string f = o.folder.generic_string();
   fmt::print(stderr, "{}", said);
+  fmt::print(stderr, "phase current limit {:.4g} A; the ESC holds up to {}\n", o.sketch.current_limit_A,
+             sim::servable_text(calibrate::sketch_servable(o.sketch)));
   fmt::print(stderr, "{}: blade, motor, plant, start and flights written; guesses are marked in the files. Next:\n", f);
   fmt::print(
       "rotorloop trajectory horizontal_8p5 -o {0}/horizontal.toml\nrotorloop trajectory vertical_3p1 -o {0}/vertical.toml\n"
@@ -136,7 +138,9 @@ void add_vehicle(CLI::App& app, int& exit_code) {
   c->add_option("--no-load-A", o->sketch.no_load_A, "no-load current of the motor, A; default: estimated");
   c->add_option("--cells", o->sketch.cells, "battery cells in series")->required();
   c->add_option("--capacity-Ah", o->sketch.capacity_Ah, "battery capacity, Ah; default: estimated from the mass");
-  c->add_option("--current-limit-A", o->sketch.current_limit_A, "limit of the phase current of an ESC, A")->required();
+  c->add_option("--current-limit-A", o->sketch.current_limit_A,
+                "limit of the phase current of an ESC, A; at most what it can hold with this motor and battery")
+      ->required();
   add_force(*c, o->force);
   c->footer(
       "Prints the commands of the next steps, up to the first flight.\n"

@@ -25,6 +25,33 @@ class Vehicle(CommandTest):
         self.assertLess(error_cm, 5.0, "within a few centimetres of the set-point, as every shipped vehicle")
         self.assertIn("six_inch", done.stdout)
 
+    def ask_for_45_A(self, plant):
+        text = (self.path / plant).read_text(encoding="utf-8")
+        (self.path / plant).write_text(text.replace("phase_current_limit_A = 35", "phase_current_limit_A = 45"), encoding="utf-8")
+
+    def not_served(self, *words):
+        done = self.run_command(*words)
+        self.assertEqual(done.returncode, 2, done.stdout)
+        self.assertIn("plant.toml: error: esc.phase_current_limit_A = 45 A cannot be served: the ESC holds at most 40.1 A", done.stderr)
+        self.assertIn("give 40.1 A at most", done.stderr)
+
+    def test_a_current_limit_that_the_board_cannot_hold_is_refused_with_the_number_that_it_can(self):
+        self.refused(["--current-limit-A = 42 A cannot be served", "40.1 A with 13.9 uH at 16.8 V on b_g431b_esc1", "give 40.1 A at most"], current_limit_A=42)
+        self.refused(["holds at most 4.7 A", "1.22 uH at 4.2 V on small_2s_15a"], current_limit_A=15, kv=19500, cells=1)
+        made = self.run_command("vehicle", "new", "my/six_inch", *SIX_INCH)
+        self.assertIn("phase current limit 35 A; the ESC holds up to 40.1 A with 13.9 uH", made.stderr)
+        lab = self.run_command("esc-lab", "--plant", "my/six_inch/plant.toml", "--only", "sag", "--draws", 1, "-q")
+        self.assertIn("35 A; the ESC holds up to 40.1 A with 13.9 uH at 16.8 V", lab.stdout)
+        self.ask_for_45_A("my/six_inch/plant.toml")
+        self.not_served("esc-lab", "--plant", "my/six_inch/plant.toml", "--only", "sag", "--draws", 1, "-q")
+        for name in ("horizontal_8p5", "vertical_3p1"):
+            self.succeeds("trajectory", name, "-o", f"my/six_inch/{name.split('_')[0]}.toml")
+        flights = (self.path / "my/six_inch/flights.toml").read_text(encoding="utf-8")
+        flights = flights.replace("calibrated.toml", "start.toml").replace('"gains.toml"', f'"{SOURCE}/vehicles/gains.toml"')
+        (self.path / "my/six_inch/flights.toml").write_text(flights, encoding="utf-8")
+        self.not_served("hil", "my/six_inch/flights.toml", "--dry-run")
+        self.not_served("hil", "my/six_inch/flights.toml")
+
     def refused(self, says, **changed):
         numbers = dict(zip(SIX_INCH[::2], SIX_INCH[1::2])) | {"--" + k.replace("_", "-"): v for k, v in changed.items()}
         done = self.run_command("vehicle", "new", "my/wrong", *[w for pair in numbers.items() for w in pair])

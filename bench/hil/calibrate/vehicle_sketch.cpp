@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "host/base/error.hpp"
+#include "sim/drive/boards.hpp"
 
 namespace rotorloop::calibrate {
 namespace {
@@ -21,6 +22,7 @@ constexpr double kBladeInertia_kg_m2 = 1.5e-5;  // two blades of 7 inch; with di
 constexpr double kBladeInertiaAt_m = 0.1778;
 constexpr double kHubHeightShare = 0.22;           // propeller above the middle, over half the wheelbase along one axis
 constexpr double kInductancePerFlux_H_Wb = 0.028;  // both go with the turns; 0.012 to 0.044 among the shipped motors
+constexpr double kInductanceRatio = 1.15;          // across the magnet over along it
 constexpr double kBellOverBlade = 0.6;             // inertia; 0.3 to 1.1 among the shipped vehicles
 constexpr double kNoLoad_A = 0.5, kCoggingOverFriction = 0.65;
 constexpr double kCapacity_Ah_kg = 2.0, kCellResistance_ohm = 0.006;
@@ -34,6 +36,13 @@ constexpr double kFlowLoss = 3.0;  // of thrust per inflow over tip speed
 
 void within(const char* option, double value, double low, double high, const char* unit, const char* remedy) {
   if (!(value >= low && value <= high)) refuse(option, value, unit, fmt::format("{} to {} {}", low, high, unit).c_str(), remedy);
+}
+
+// The board for the battery.
+const sim::BoardStage& stage(const VehicleSketch& s) {
+  for (const char* name : {"small_2s_15a", "b_g431b_esc1"})
+    if (const sim::BoardStage& one = *sim::find_board_stage(name); s.cells <= one.most_cells) return one;
+  return *sim::find_board_stage("high_voltage_14s_120a");
 }
 
 void check(const VehicleSketch& s) {
@@ -51,25 +60,9 @@ void check(const VehicleSketch& s) {
   within("--resistance-mohm", 1e3 * s.line_resistance_ohm, 2.0, 20000.0, "mΩ", "give the resistance between two leads");
   within("--cells", s.cells, 1, 14, "cells", "give the cells in series");
   if (s.no_load_A != 0.0) within("--no-load-A", s.no_load_A, 0.01, 20.0, "A", "give the data sheet's no-load current");
+  within("--current-limit-A", s.current_limit_A, 0.5, stage(s).most_phase_A, "A",
+         "give the phase current that the ESC may reach; its power stage shows no more");
   if (s.capacity_Ah != 0.0) within("--capacity-Ah", s.capacity_Ah, 0.05, 100.0, "Ah", "give the battery's capacity");
-}
-
-struct Stage {
-  const char* name;
-  int least_cells, most_cells;
-  double most_A;
-};
-constexpr std::array<Stage, 3> kStages{
-    {{"small_2s_15a", 1, 2, 15.0}, {"b_g431b_esc1", 3, 6, 45.0}, {"high_voltage_14s_120a", 7, 14, 120.0}}};
-
-const Stage& stage(const VehicleSketch& s) {
-  for (const Stage& one : kStages)
-    if (s.cells <= one.most_cells) {
-      within("--current-limit-A", s.current_limit_A, 0.5, one.most_A, "A",
-             "give the phase current that the ESC may reach; its power stage shows no more");
-      return one;
-    }
-  return kStages.back();
 }
 
 double flux_Wb(const VehicleSketch& s) { return 60.0 / (std::numbers::sqrt3 * 2.0 * kPi * s.kv_rpm_V * s.pole_pairs); }
@@ -92,8 +85,10 @@ std::string blade_text(const VehicleSketch& s) {
       s.diameter_m / kInch_m, s.pitch_m / kInch_m, s.blades, radius, 0.09 * radius, blade_inertia(s), s.pitch_m, 0.2 * radius);
 }
 
+double inductance_d_H(const VehicleSketch& s) { return kInductancePerFlux_H_Wb * flux_Wb(s); }
+
 std::string motor_text(const VehicleSketch& s) {
-  const double flux = flux_Wb(s), l = kInductancePerFlux_H_Wb * flux;
+  const double flux = flux_Wb(s), l = inductance_d_H(s);
   return fmt::format(
       "# A motor of {:.0f} rpm/V by its data sheet. Measure what is marked as a guess, or let the ESC measure it.\n"
       "format = 1\n"
@@ -104,7 +99,7 @@ std::string motor_text(const VehicleSketch& s) {
       "inertia_kg_m2 = {:.3g} # rotor and bell: guess, factor 2\n"
       "static_friction_N_m = {:.3g} # {}\n"
       "cogging_N_m = {:.3g} # amplitude: guess, factor 2\n",
-      s.kv_rpm_V, 0.5 * s.line_resistance_ohm, 1e3 * s.line_resistance_ohm, l, 1.15 * l, flux, s.pole_pairs,
+      s.kv_rpm_V, 0.5 * s.line_resistance_ohm, 1e3 * s.line_resistance_ohm, l, kInductanceRatio * l, flux, s.pole_pairs,
       kBellOverBlade * blade_inertia(s), friction_N_m(s),
       s.no_load_A > 0.0 ? fmt::format("{} A without load", s.no_load_A) : fmt::format("guess: {} A without load, factor 2", kNoLoad_A),
       kCoggingOverFriction * friction_N_m(s));
@@ -237,8 +232,13 @@ bool parse_propeller(const std::string& text, VehicleSketch& sketch) {
   return true;
 }
 
+sim::ServableLimit sketch_servable(const VehicleSketch& s) {
+  return sim::servable_limit(stage(s), 0.5 * (1.0 + kInductanceRatio) * inductance_d_H(s), sim::kFullCell_V * s.cells);
+}
+
 SketchFiles sketch_files(const VehicleSketch& s) {
   check(s);
+  sim::check_servable(sketch_servable(s), s.current_limit_A, "", "--current-limit-A");
   return {.blade = blade_text(s), .motor = motor_text(s), .plant = plant_text(s), .vehicle = vehicle_text(s), .scenario = scenario_text(s)};
 }
 

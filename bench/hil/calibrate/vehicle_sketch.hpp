@@ -3,6 +3,8 @@
 #pragma once
 #include <string>
 
+#include "sim/esc/servable_limit.hpp"
+
 namespace rotorloop::calibrate {
 
 struct VehicleSketch {
@@ -34,7 +36,10 @@ struct SketchFiles {  // `blade` is empty for a blade of one's own
       scenario;  // blades/propeller.toml, motor.toml, plant.toml, start.toml, flights.toml of one folder
 };
 
-// Throws Error for numbers outside of what the files allow, naming the option to correct.
+// Throws Error for numbers outside of what the files allow and for a current limit that the ESC cannot serve, naming the option to correct.
 SketchFiles sketch_files(const VehicleSketch& sketch);
+
+// The current limit that the vehicle's ESC can serve, with the inductance that its motor file gets and a full battery.
+sim::ServableLimit sketch_servable(const VehicleSketch& sketch);
 
 }  // namespace rotorloop::calibrate

@@ -21,16 +21,28 @@ constexpr std::uint64_t kFaultBoards = 5;
 constexpr double kSine = 0.011;                 // of the speed: ±100 RPM at 9 000
 constexpr double kChirpAt = 0.5, kSagAt = 0.6;  // of the highest speed that the draw holds
 
-// "over-current 5, stall 1": all trips of a battery, by cause.
+// The first eight of them.
+std::string seeds_text(const std::vector<std::uint64_t>& seeds, std::string_view word = "seed") {
+  std::string out = fmt::format("{}{}", word, seeds.size() == 1 ? "" : "s");
+  for (std::size_t k = 0; k < std::min<std::size_t>(seeds.size(), 8); ++k) out += fmt::format(" {}", seeds[k]);
+  return out + (seeds.size() > 8 ? " …" : "");
+}
+
+// "over-current 5 (seeds 3 7), stall 1 (seed 9)": all trips of a battery, by cause.
 class Causes {
  public:
-  void add(const std::string& faults) {
-    for (const char c : faults) ++count_[static_cast<firmware::Fault>(c - '0')];
+  void add(std::uint64_t seed, const std::string& faults) {
+    for (const char c : faults) {
+      Cause& cause = causes_[static_cast<firmware::Fault>(c - '0')];
+      ++cause.trips;
+      if (cause.seeds.empty() || cause.seeds.back() != seed) cause.seeds.push_back(seed);
+    }
   }
   std::string text() const {
     std::string out;
-    for (const auto& [fault, n] : count_)
-      out += fmt::format("{}{} {}", out.empty() ? "trips, with those of the start: " : ", ", name(fault), n);
+    for (const auto& [fault, c] : causes_)
+      out +=
+          fmt::format("{}{} {} ({})", out.empty() ? "trips, with those of the start: " : ", ", name(fault), c.trips, seeds_text(c.seeds));
     return out;
   }
 
@@ -41,7 +53,11 @@ class Causes {
     const auto k = static_cast<std::size_t>(f);
     return k < kNames.size() ? kNames[k] : "unknown";
   }
-  std::map<firmware::Fault, int> count_;
+  struct Cause {
+    int trips = 0;
+    std::vector<std::uint64_t> seeds;
+  };
+  std::map<firmware::Fault, Cause> causes_;
 };
 
 class Laboratory {
@@ -55,7 +71,7 @@ class Laboratory {
     for_each_draw(Battery::step, s_.draws, [&](std::uint64_t seed, EscTrace trace) {
       const EscDraw d = subject_.draw(seed, Knowledge::commissioned);
       const EscTrial t = run_esc_trial(d, {EscExperiment::step, Knowledge::commissioned}, &trace);
-      causes.add(t.causes);
+      causes.add(seed, t.causes);
       if (t.trips + t.start_trips > 0) tripped.push_back(seed);
       if (t.start_ms > 1e8 || t.rise_ms > 1e8) {
         never.push_back(seed);  // its step is none
@@ -105,7 +121,7 @@ class Laboratory {
     Causes causes;
     for_each_draw(Battery::start, s_.draws, [&](std::uint64_t seed, EscTrace trace) {
       const EscTrial t = run_esc_trial(subject_.draw(seed, Knowledge::data_sheet), {EscExperiment::fly, Knowledge::data_sheet}, &trace);
-      causes.add(t.causes);
+      causes.add(seed, t.causes);
       if (t.start_ms > 1e8)
         never.push_back(seed);
       else if (!started_in_time(t))
@@ -120,7 +136,7 @@ class Laboratory {
     });
     const double limit_ms = subject_.draw(s_.seed, Knowledge::data_sheet).start_within_ms;
     add({Battery::start, "slowest start from rest, data-sheet parameters", "ms", slowest_ms, limit_ms, false,
-         late.empty() ? fmt::format("peak {:.0f} A", peak_A) : seeds("late", late)});
+         late.empty() ? fmt::format("peak {:.0f} A", peak_A) : "late: " + seeds_text(late)});
     add_count(Battery::start, "draws that never started", never, s_.draws, 0.0);
     add_count(Battery::start, "draws without speed for more than 100 ms in 4 s of random steps", gaps, s_.draws, 0.0);
     add_count(Battery::start, "draws with a trip in them", tripped, s_.draws, 1.0 - kLeastCleanShare);
@@ -135,7 +151,7 @@ class Laboratory {
     for_each_draw(Battery::catch_rotor, s_.draws, [&](std::uint64_t seed, EscTrace trace) {
       const EscTrial t =
           run_esc_trial(subject_.draw(seed, Knowledge::data_sheet), {EscExperiment::catch_rotor, Knowledge::data_sheet}, &trace);
-      causes.add(t.causes);
+      causes.add(seed, t.causes);
       if (!caught_in_time(t)) late.push_back(seed);
       slowest_ms = std::max(slowest_ms, t.caught_ms);
       keep(r_.figures.catches, {seed, 0.0, 1.2, std::move(trace), render::true_minus(fmt::format("{:+.0f} %", 100.0 * t.caught_from))},
@@ -247,16 +263,11 @@ class Laboratory {
     return run;
   }
   static void take(double& worst, double value, std::uint64_t) { worst = value > worst || std::isnan(value) ? value : worst; }
-  static std::string seeds(const char* what, const std::vector<std::uint64_t>& numbers) {
-    std::string out = std::string(what) + ": seeds";
-    for (std::size_t k = 0; k < std::min<std::size_t>(numbers.size(), 8); ++k) out += fmt::format(" {}", numbers[k]);
-    return out + (numbers.size() > 8 ? " …" : "");
-  }
   void add(LabRow row) { r_.rows.push_back(std::move(row)); }
   void add_count(Battery b, std::string what, const std::vector<std::uint64_t>& failed, std::uint64_t of, double allowed_share) {
     const double allowed = std::floor(allowed_share * static_cast<double>(of) + 1e-9);
     add({b, std::move(what), fmt::format("of {}", of), static_cast<double>(failed.size()), allowed, false,
-         failed.empty() ? "" : seeds(b == Battery::fault ? "schedules" : "failed", failed)});
+         failed.empty() ? "" : "failed: " + seeds_text(failed, b == Battery::fault ? "schedule" : "seed")});
   }
   void append_note(const std::string& text) {
     if (text.empty()) return;

@@ -64,6 +64,8 @@ render::Outcome outcome(const LabResult& r) {
 
 std::string lab_text(const LabResult& r) {
   render::Section s{.title = "ESC laboratory: " + r.name};
+  for (const auto& [key, value] : r.facts)
+    if (key == "phase current limit") s.blocks.push_back(render::Paragraph{key + ": " + value});
   s.blocks.push_back(table(r));
   return render::terminal_text({s}) + "\n" + render::outcome_text(outcome(r));
 }

@@ -9,6 +9,7 @@
 #include "bench/hil/flight/esc_parameters.hpp"
 #include "bench/hil/flight/vehicle_figures.hpp"
 #include "host/vehicle/model.hpp"
+#include "sim/esc/servable_limit.hpp"
 #include "sim/plant/assemble.hpp"
 
 namespace rotorloop::esc_lab {
@@ -29,6 +30,10 @@ const MotorClass& class_of_propeller(double diameter_inch) {
 LabBoard board_of(const sim::BoardStage& stage) {
   if (stage.name == sim::SmallNativeEsc::stage().name) return LabBoard::small;
   return stage.name == sim::HighVoltageNativeEsc::stage().name ? LabBoard::high_voltage : LabBoard::b_g431b_esc1;
+}
+
+std::string limit_text(double limit_A, const sim::ServableLimit& servable) {
+  return fmt::format("{:.4g} A; the ESC holds up to {}", limit_A, sim::servable_text(servable));
 }
 
 // What stays the same whatever the seed.
@@ -62,10 +67,13 @@ EscDraw draw_of(const PlantMotor& m, std::uint64_t seed, Knowledge knowledge) {
 
 Subject class_subject(const MotorClass& c) {
   Subject s;
+  const sim::BoardStage& stage = with_esc_of(c.board, []<class Esc>() -> const sim::BoardStage& { return Esc::stage(); });
+  const sim::ServableLimit servable = sim::servable_limit(stage, c.inductance_H, sim::kFullCell_V * c.cells);
+  sim::check_servable(servable, c.phase_limit_A, "", fmt::format("phase current limit of class {}", c.name));
   s.name = fmt::format("{} motors", c.name);
   s.facts = {{"motors", fmt::format("class {}: {:.0f} rpm/V, R, L, flux ± 20 %, J ± 30 %", c.name, c.kv_rpm_V)},
              {"battery", fmt::format("{} cells", c.cells)},
-             {"phase current limit", fmt::format("{:.0f} A", c.phase_limit_A)}};
+             {"phase current limit", limit_text(c.phase_limit_A, servable)}};
   s.draw = [&c](std::uint64_t seed, Knowledge k) { return draw_esc(c, seed, k); };
   return s;
 }
@@ -73,6 +81,7 @@ Subject class_subject(const MotorClass& c) {
 Subject plant_subject(const sim::PlantFile& plant) {
   const sim::SharedRotors rotors = sim::read_rotors(plant);
   const hil::VehicleFigures f = hil::vehicle_figures(plant, rotors);
+  if (plant.esc.given) sim::check_servable(f.servable, f.phase_limit_A, plant.path.generic_string(), "esc.phase_current_limit_A");
   auto m = std::make_shared<PlantMotor>();
   m->plant = plant;
   m->plant.drive_faults.clear();
@@ -91,7 +100,7 @@ Subject plant_subject(const sim::PlantFile& plant) {
              {"propeller", fmt::format("{:.1f} in; times of the {} class", inch, m->of->name)},
              {"battery", fmt::format("{} cells", plant.battery.cells)},
              {"power stage", std::string(plant.esc.stage->name)},
-             {"phase current limit", fmt::format("{:.0f} A", f.phase_limit_A)}};
+             {"phase current limit", limit_text(f.phase_limit_A, f.servable)}};
   s.draw = [m](std::uint64_t seed, Knowledge k) { return draw_of(*m, seed, k); };
   return s;
 }

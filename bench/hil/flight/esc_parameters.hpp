@@ -5,11 +5,13 @@
 
 #include "firmware/core/interface.hpp"
 #include "host/vehicle/model.hpp"
+#include "sim/esc/servable_limit.hpp"
 #include "sim/plant/plant_file.hpp"
 
 namespace rotorloop::hil {
 
-inline constexpr double kFullCell_V = 4.2, kEmptyCell_V = 3.0;  // of lithium polymer
+using sim::kFullCell_V;
+inline constexpr double kEmptyCell_V = 3.0;  // of lithium polymer
 
 // `esc` from 0; `blade_inertia_kg_m2` of its rotor: a commissioning measures it, a data sheet does not know it. Without an [esc]
 // section in the plant the speed limits are those of the reference drive (17 000 and 1 000 RPM).

@@ -73,6 +73,8 @@ VehicleFigures vehicle_figures(const sim::PlantFile& plant, const sim::SharedRot
   f.empty_V = kEmptyCell_V * plant.battery.cells;
   f.full_V = kFullCell_V * plant.battery.cells;
   f.stage_V = plant.esc.stage->most_bus_V;
+  const sim::MotorFile& motor = plant.rotors[0].motor;
+  f.servable = sim::servable_limit(*plant.esc.stage, 0.5 * (motor.inductance_d_H + motor.inductance_q_H), f.full_V);
   const double esc_rad_s = highest_esc_speed_rad_s(plant.rotors[0].motor, plant.battery.cells);
   f.esc_max_rpm = esc_rad_s / kRad_s;
   const double hover_rad_s = highest(esc_rad_s, [&](double w) { return at_speed(plant, rotor, w).thrust_N <= 0.25 * weight_N; });
@@ -96,12 +98,14 @@ std::string figures_text(const VehicleFigures& f) {
       "  motor    {:.0f} rpm/V; hover {:.0f} RPM at {:.1f} A per motor, {:.1f} A from the battery, {:.0f} % of the voltage at 3.5 V per "
       "cell\n"
       "           top {:.0f} RPM, thrust-to-weight {:.2f}, both at 3.5 V per cell\n"
-      "  ESC      {:.1f} A phase current limit, speed up to {:.0f} RPM; battery {:.1f} to {:.1f} V, stage up to {:.1f} V\n",
+      "  ESC      {:.1f} A phase current limit (it holds up to {}), speed up to {:.0f} RPM; battery {:.1f} to {:.1f} V, stage up to {:.1f} "
+      "V\n",
       f.kv_rpm_V, f.hover_rpm, f.hover_phase_A, f.hover_bus_A, 100.0 * f.hover_voltage_share, f.top_rpm, f.thrust_to_weight,
-      f.phase_limit_A, f.esc_max_rpm, f.empty_V, f.full_V, f.stage_V);
+      f.phase_limit_A, sim::servable_text(f.servable), f.esc_max_rpm, f.empty_V, f.full_V, f.stage_V);
 }
 
 void check_figures(const Scenario& s, const Inputs& inputs, const VehicleFigures& f) {
+  if (inputs.plant.esc.given) sim::check_servable(f.servable, f.phase_limit_A, s.plant.generic_string(), "esc.phase_current_limit_A");
   if (f.thrust_to_weight < kLeastThrustToWeight)
     cannot(s,
            fmt::format("thrust-to-weight {:.2f} at 3.5 V per cell ({:.0f} RPM within {:.1f} A), needed is {}", f.thrust_to_weight,

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "bench/hil/flight/flight.hpp"
+#include "sim/esc/servable_limit.hpp"
 
 namespace rotorloop::hil {
 
@@ -13,6 +14,7 @@ struct VehicleFigures {
   double top_rpm = 0.0, thrust_to_weight = 0.0;                    // within current and voltage limits at 3.5 V per cell
   double hover_slew_rad_s2 = 0.0;                                  // how fast a rotor speeds up from hover within both limits
   double esc_max_rpm = 0.0, phase_limit_A = 0.0;
+  sim::ServableLimit servable;  // of rotor 1 with the battery full
   double empty_V = 0.0, full_V = 0.0, stage_V = 0.0;
 };
 
@@ -22,7 +24,8 @@ VehicleFigures vehicle_figures(const sim::PlantFile& plant, const sim::SharedRot
 // Lines for --dry-run.
 std::string figures_text(const VehicleFigures& figures);
 
-// Throws Error that names figure, value, unit, limit and remedy when the vehicle cannot take off or its set-points exceed its ESCs.
+// Throws Error that names figure, value, unit, limit and remedy when the vehicle cannot take off, or asks of its ESCs what they cannot
+// serve.
 void check_figures(const Scenario& scenario, const Inputs& inputs, const VehicleFigures& figures);
 
 // Reads every file of a scenario, checks its vehicle, and returns the lines. Throws Error.
