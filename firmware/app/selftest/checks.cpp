@@ -9,13 +9,13 @@ namespace {
 
 using firmware::B_G431B_ESC1_Scales;
 
-// Of a value in volts at a converter's pin, at a supply of 3.3 V.
-constexpr std::int32_t counts(double V) { return static_cast<std::int32_t>(V * 4096.0 / 3.3 + 0.5); }
+// Of millivolts at a converter's pin, at a supply of 3.3 V.
+constexpr std::int32_t counts(std::int32_t mV) { return (mV * 4096 + 1650) / 3300; }
 
-// The bus behind its divider of 18 k and 169 k, 2 %.
-constexpr double kBus_V = kSupply_mV * 1e-3 * 18.0 / (18.0 + 169.0);
+// The bus behind its divider of 18 k and 169 k.
+constexpr std::int32_t kBus_mV = kSupply_mV * 18 / (18 + 169);
 // A room of 10 to 40 C by the straight line of the board's constants.
-constexpr double thermistor_V(double celsius) { return 1.4 + 19e-3 * (celsius - 25.0); }
+constexpr std::int32_t thermistor_mV(std::int32_t celsius) { return 1400 + 19 * (celsius - 25); }
 
 // The frame of the loop back: 128 bits, none of them stuffed, and 3 to the next one.
 constexpr CanFrame kLoopFrame{.id = 0x15555555, .extended = true, .length = 8, .data = {0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55}};
@@ -71,8 +71,8 @@ void check_chip(Report& report, b_g431b_esc1::StartReport start) {
 void check_converters(Report& report) {
   const auto reference = static_cast<std::int32_t>(g431::vrefint_calibration() * 30u / 33u);
   report.tell({"vrefint", the_board.reference_counts(), reference * 97 / 100, reference * 103 / 100, "counts"});
-  report.tell({"ntc", the_board.adc().temperature, counts(thermistor_V(10.0)), counts(thermistor_V(40.0)), "counts"});
-  report.tell({"vbus", the_board.adc().bus, counts(0.98 * kBus_V), counts(1.02 * kBus_V), "counts"});
+  report.tell({"ntc", the_board.adc().temperature, counts(thermistor_mV(10)), counts(thermistor_mV(40)), "counts"});
+  report.tell({"vbus", the_board.adc().bus, counts((kBus_mV * 98 + 50) / 100), counts((kBus_mV * 102 + 50) / 100), "counts"});
   constexpr auto kZero = static_cast<std::int32_t>(B_G431B_ESC1_Scales::kCurrentZero_counts),
                  kTolerance = static_cast<std::int32_t>(B_G431B_ESC1_Scales::kCurrentZeroTolerance_counts);
   std::int32_t sum[3]{};
