@@ -32,14 +32,8 @@ TEST(BootloaderOfOthersByScript, IsGivenAnIdAndListedAndReadsAWholeFileFromTheTo
   std::ranges::fill(c.bus.chip.flash().subspan(kParameterPage * kPage), std::uint8_t{0xFF});  // it has no store of ours
   std::uint8_t id = 0;
   const tools::Allocator allocator(c.tool, {}, [&](const tools::Allocated& a) { id = a.node_id; });
-  std::string asked;  // how far it came with its id
-  c.tool.on_anonymous<protocols::Allocation>([&](const protocols::Allocation& a) {
-    asked += " " + std::to_string(c.bus.now_ns() / kMs) + " ms: " + std::to_string(a.unique_id.count) + " bytes" +
-             (a.first_part ? ", the first;" : ";");
-  });
   c.power_up();
-  ASSERT_TRUE(c.run_for(20 * kSecond, [&] { return id != 0 && c.tool.nodes().contains(id); }))
-      << "no id, or silent with it; it asked at" << asked;
+  ASSERT_TRUE(c.run_for(20 * kSecond, [&] { return id != 0 && c.tool.nodes().contains(id); })) << "no id, or silent with it";
   const auto info = c.tool.ask<protocols::GetNodeInfoResponse>(id, protocols::GetNodeInfo{});
   ASSERT_TRUE(info);
   std::printf("%s: node %d after %.1f s, \"%.*s\" %d.%d, mode %d\n", std::filesystem::path(elf).filename().c_str(), id,
