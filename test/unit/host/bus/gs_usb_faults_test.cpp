@@ -127,6 +127,11 @@ TEST_P(GsUsbFault, IsToldEveryFrameIsAccountedForAndTheAdapterIsGivenBackWithout
     text = e.what();
   }
   EXPECT_EQ(text.empty(), f.end == Ends::goes_on) << text;
+  const auto& left = p.plug.device->faults;
+  if (f.end == Ends::goes_on) {
+    EXPECT_EQ(left.stalled_out + left.stalled_in + left.cut_in + left.swallowed_in + left.lost_out + left.lost_echoes + left.overflows, 0)
+        << "each was struck";
+  }
   while (const auto notice = p.near->next_notice()) text += *notice + "\n";
   while (const auto notice = p.far ? p.far->next_notice() : std::nullopt) text += *notice + "\n";
   EXPECT_THAT(text, ::testing::HasSubstr(f.text));
