@@ -56,5 +56,27 @@ TEST(Screening, OfANumberForEachRotorTheSumIsNoPartOfTheTestNorOfTheEstimate) {
   }
 }
 
+// Rotor speeds of the log that grow against the true ones by 0.1 % a second: thrust falls by 0.2 % a second of what they say. The log
+// counts its time from the start of a computer.
+TEST(Screening, ThrustThatFallsBy1PercentASecondIsFoundToATenthWhateverTheClockOfTheLogSays) {
+  constexpr double kFalls_1_s = 1e-2, kComputerRan_s = 500.0;
+  identify::FlightToFit f = testing_flights::flight({}, {.manoeuvre = model_true::Manoeuvre::rotation, .duration_s = 8.0}, 6);
+  auto& rotors = f.record.rotor_omega_rad_s;
+  const double begun_s = rotors.t_s.front();
+  for (std::size_t i = 0; i < rotors.size(); ++i) {
+    for (double& omega : rotors.value[i]) omega /= std::sqrt(1.0 - kFalls_1_s * (rotors.t_s[i] - begun_s));
+    rotors.t_s[i] += kComputerRan_s;
+  }
+  for (double& t : f.record.pose.t_s) t += kComputerRan_s;
+  const identify::Identification r = identify::identify({f}, testing_flights::vehicle(), testing_flights::options_holding({}));
+  const Screening s = screen(r, {}, {}, 0.5, 2);
+  for (const auto& [id, rate] : {std::pair{"thrust_drift", -kFalls_1_s}, std::pair{"mass_drift", kFalls_1_s}}) {
+    const auto c = std::find_if(s.candidates.begin(), s.candidates.end(), [&](const Candidate& one) { return one.id == id; });
+    const GroupTest t = test_group(s.table, base_columns(s.table), c->columns);
+    EXPECT_NEAR(t.estimate[0], rate, 0.1 * kFalls_1_s) << id;
+    EXPECT_LT(t.p, 1e-6) << id;
+  }
+}
+
 }  // namespace
 }  // namespace rotorloop::diagnose
