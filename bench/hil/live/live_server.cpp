@@ -89,15 +89,11 @@ LiveServer::LiveServer(const LiveServerConfig& config, Order order) : impl_(std:
   s.page = config.page;
   s.script = config.script;
   s.order = std::move(order);
-  // A browser holds up to six connections to a server, some of them before it has anything to ask. On a busy machine it may take seconds
-  // to ask: one that is closed under it by then costs the page a script, and the page never shows anything.
+  // A browser holds up to six connections to a server, some of them before it has anything to ask, and each holds a thread for as long.
+  // With fewer threads two pages wait for each other's connections, and on a busy machine a script comes too late for its page.
   constexpr std::size_t kConnectionsOfABrowser = 6;
-  constexpr time_t kPatience_s = 60;
   s.server.new_task_queue = [] { return new httplib::ThreadPool(kMostViewers * kConnectionsOfABrowser); };
-  s.server.set_keep_alive_max_count(1000);
-  s.server.set_keep_alive_timeout(kPatience_s);
-  s.server.set_read_timeout(kPatience_s);
-  s.server.set_write_timeout(kPatience_s);
+  s.server.set_keep_alive_max_count(1000);  // requests of a connection: closing it after five costs a page its next one
   s.server.set_payload_max_length(4096);
   s.server.set_default_headers({{"Content-Security-Policy", "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:"},
                                 {"X-Content-Type-Options", "nosniff"}});
