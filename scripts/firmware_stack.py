@@ -33,9 +33,11 @@ def tool(name, *words):
     return subprocess.run(["arm-none-eabi-" + name, *map(str, words)], check=True, capture_output=True, text=True).stdout
 
 
-def frames_said(build):
-    """What the compiler says of each function of the objects that were linked: name, bytes, "static" or why it is not."""
-    linked = [build / m for map_file in build.rglob("*.map") for m in re.findall(r"^LOAD (\S+\.obj)$", map_file.read_text(), re.M)]
+def frames_said(elf):
+    """What the compiler says of each function of the objects that were linked into it: name, bytes, "static" or why it is not. Another program of
+    the same build may hold the same function with another frame."""
+    build = elf.resolve().parent.parent
+    linked = [build / m for m in re.findall(r"^LOAD (\S+\.obj)$", elf.with_suffix(".map").read_text(), re.M)]
     return [line.split("\t") for o in linked for line in o.with_suffix(".su").read_text().splitlines()]
 
 
@@ -134,7 +136,7 @@ def bound(elf):
     entries = [name for name in ENTRIES if name in graph]
     for entry in entries:
         walk(entry, [], done)
-    said = frames_said(elf.resolve().parent.parent)
+    said = frames_said(elf)
     unknown = [f"{name}: it grows ({kind})" for name, _, kind in said if kind != "static"]
     if max((int(size) for _, size, _ in said), default=0) > max(sizes.values(), default=0):
         unknown.append("a function: the compiler says a larger one than the instructions show")
