@@ -62,6 +62,18 @@ def signed(image, key_file):
     return image[:56] + signature + digest + image[184:]
 
 
+def verified(image, public):
+    """Whether a bootloader with this public half would take the image's signature, by the openssl command; none: the test key's."""
+    digest = hashlib.sha512(image[HEADER_BYTES:]).digest()
+    with tempfile.TemporaryDirectory() as folder:
+        key, message, signature = (pathlib.Path(folder, name) for name in ("key", "message", "signature"))
+        key.write_bytes(public_half(public))
+        message.write_bytes(image[:48] + digest)
+        signature.write_bytes(image[56:120])
+        words = ["openssl", "pkeyutl", "-verify", "-rawin", "-pubin", "-inkey", str(key), "-in", str(message), "-sigfile", str(signature)]
+        return subprocess.run(words, capture_output=True).returncode == 0 and image[120:184] == digest
+
+
 def public_half(path, form="PEM"):
     """Of a PEM file with a private key that its owner alone can read, or with a public one; of the test key without one."""
     words = ["openssl", "pkey", "-pubout", "-outform", form]

@@ -5,8 +5,8 @@ ELF: the application after firmware_image.py, with its .bin and .rlf beside it; 
 first power-up of a board. OUT, which must not be there yet or be empty, receives both
 programs as ELF, the image for an update over CAN (.rlf), both programs in one file for a debugger (_all.elf, _all.hex), the linker's maps,
 manifest.json (versions, compiler, commit, bytes and SHA-256 of each file) and SHA256SUMS. The same sources give the same bytes.
---public: the public half of the key that the bootloader has; without it that is the test key. An image that is not signed is in no file with
-both: that bootloader would not start it.
+--public: the public half of the key that the bootloader has; without it that is the test key. An image that is signed with another key is
+refused. One that is not signed is in no file with both: that bootloader would not start it.
 """
 import argparse
 import hashlib
@@ -87,6 +87,16 @@ def key_of(boot_bytes, public):
     return f"{'release' if public else 'test'} key {key.hex()}"
 
 
+def check_signatures(elf, selftest, public, takes):
+    """Application and self-test are signed with the key that the bootloader has, or are both still to be signed; ends otherwise."""
+    whose = {program: signed_with(program.with_suffix(".rlf").read_bytes()) for program in (elf, selftest)}
+    for program, key in whose.items():
+        if key == "nothing" == whose[elf] or key != "nothing" and firmware_image.verified(program.with_suffix(".rlf").read_bytes(), public):
+            continue
+        sys.exit(f"{program.with_suffix('.rlf')}: error: it is signed with {key}, and the bootloader, which takes the {takes}, would not start it\n"
+                 "  do: sign application and self-test with the bootloader's key: scripts/firmware --release --key KEY.pem")
+
+
 def release(elf, boot, selftest, out, commit, modified, public=None):
     if out.exists() and any(out.iterdir()):
         sys.exit(f"{out}: error: the folder of the release is not empty\n  do: give a new folder, or remove this one")
@@ -94,6 +104,7 @@ def release(elf, boot, selftest, out, commit, modified, public=None):
     with tempfile.TemporaryDirectory() as scratch:
         parts = [(BOOT_AT, flash_bytes(boot, pathlib.Path(scratch))), (firmware_image.HEADER_AT, image)]
     takes = key_of(parts[0][1], public)
+    check_signatures(elf, selftest, public, takes)
     out.mkdir(parents=True, exist_ok=True)
     for file in (*(program.with_suffix(suffix) for program in (elf, selftest) for suffix in (".elf", ".rlf", ".map")), boot, boot.with_suffix(".map")):
         shutil.copy(file, out / file.name)

@@ -80,12 +80,38 @@ def check_release_key(source, elf, work):
     subprocess.run(["cmake", "--preset", "firmware", "-S", source, "-B", folder, "-DROTORLOOP_UPDATE_KEY=release", f"-DROTORLOOP_RELEASE_KEY={public}"], cwd=source, check=True, stdout=subprocess.DEVNULL)
     subprocess.run(["cmake", "--build", folder, "--target", BOOT], check=True, stdout=subprocess.DEVNULL)
     boot = folder / "bin" / BOOT
-    release = lambda *key: run(sys.executable, "-B", source / "scripts/firmware_release.py", elf, boot, elf.with_name(SELFTEST), out, "--commit", "0", *key)
-    if release().returncode == 0 or "does not have this key" not in release().stderr:
-        wrong.append("a release says that the bootloader has the test key, and it has another")
-    shutil.rmtree(out, ignore_errors=True)
-    if release("--public", public).returncode != 0 or '"bootloader_takes": "release key ' not in (out / "manifest.json").read_text():
-        wrong.append("the manifest does not say the release key")
+    selftest = elf.with_name(SELFTEST)
+    release = lambda boot, *key: run(sys.executable, "-B", source / "scripts/firmware_release.py", elf, boot, selftest, out, "--commit", "0", *key)
+    sign = lambda program, *key: run(sys.executable, "-B", source / "scripts/firmware_image.py", program, "--commit", "0", *key)
+
+    def expect_refused(what, message, boot, *key):
+        done = release(boot, *key)
+        if done.returncode == 0 or message not in done.stderr or "\n  do: " not in done.stderr or out.exists():
+            wrong.append(f"not refused as it should be: {what}: {done.stderr}")
+        shutil.rmtree(out, ignore_errors=True)
+
+    expect_refused("a bootloader that has not the test key but another", "does not have this key", boot)
+    expect_refused("an application of the test key beside a bootloader of a release key", f"{elf.stem}.rlf: error: it is signed with the test key",
+                   boot, "--public", public)
+    sign(elf, "--key", secret)
+    expect_refused("an application of a release key beside a bootloader of the test key", f"{elf.stem}.rlf: error: it is signed with a key of the maker",
+                   elf.with_name(BOOT))
+    expect_refused("a self-test of the test key in a release of a key", f"{selftest.stem}.rlf: error: it is signed with the test key",
+                   boot, "--public", public)
+    sign(elf, "--unsigned")
+    expect_refused("a signed self-test beside an application that is not", f"{selftest.stem}.rlf: error: it is signed with the test key",
+                   boot, "--public", public)
+    for key in (("--key", secret), ("--unsigned",)):
+        sign(elf, *key)
+        sign(selftest, *key)
+        done = release(boot, "--public", public)
+        if done.returncode != 0 or '"bootloader_takes": "release key ' not in (out / "manifest.json").read_text():
+            wrong.append(f"images with {key[0]} beside a bootloader of this release key: {done.stderr}")
+        if (out / f"{elf.stem}_all.hex").exists() != (key[0] == "--key"):
+            wrong.append(f"images with {key[0]}: a file with both programs, which is for signed images alone")
+        shutil.rmtree(out, ignore_errors=True)
+    if sign(elf).returncode != 0 or sign(selftest).returncode != 0:
+        wrong.append("the images of the test key are not restored")
     return wrong
 
 
