@@ -21,6 +21,7 @@ namespace {
 
 using namespace boot_chip;
 using Names = std::set<std::string>;
+constexpr std::uint8_t kSelfTestNode = 100;
 constexpr std::uint32_t kPulled[3]{0x04, 0x24, 0x1B};  // PA4, PC4, PB11: nodes of the phases
 constexpr std::uint32_t kGpioA = 0x48000000, kTim1 = 0x40012C00, kFlashAcr = 0x40022000, kAhb2Enable = 0x4002104C, kFdcan = 0x40006400;
 
@@ -138,6 +139,11 @@ class FirstPower {
     }
   }
   int value(const std::string& check) { return said.at(check)["value"]; }
+  // Of the next NodeStatus: how many checks failed.
+  int vendor_status() {
+    tool.run_for(1'050'000'000);
+    return tool.nodes().at(kSelfTestNode).status.vendor_status;
+  }
 
   BootChip bus;
   Stage stage;
@@ -153,6 +159,7 @@ TEST(SelfTest, ASoundBoardPassesEveryCheckWithTheSameLinesOverSerialLineAndBus) 
   FirstPower b;
   b.run();
   EXPECT_EQ(b.failed, Names{});
+  EXPECT_EQ(b.vendor_status(), 0);
   EXPECT_EQ(b.said.size(), 38u);
   EXPECT_EQ(b.heard, b.stage.lines);
   EXPECT_TRUE(b.bus.board.led());
@@ -188,6 +195,7 @@ TEST(SelfTest, EachSensorDriverAndSettingThatIsWrongIsNamedByItsLineAndNoOther) 
                              "zero_u",      "zero_v",      "zero_w",      "dead_time_u", "dead_time_v", "dead_time_w",  "phase_high_u",
                              "bootstrap_u", "phase_low_v", "bootstrap_w", "samples",     "path_mean",   "path_longest", "failed"}));
   EXPECT_EQ(b.value("failed"), 20);
+  EXPECT_EQ(b.vendor_status(), 20);
   EXPECT_FALSE(b.bus.board.led());
   EXPECT_NEAR(b.value("dead_time_v"), 1600, 50);
 }

@@ -45,7 +45,8 @@ std::uint32_t loop_once() {
     if (!g431::wait_for([] { return (g431::fdcan().rxf0s.read() & 0xFu) != 0; }, kTries)) return 0;
     at = g431::dwt().cyccnt.read();
     the_board.on_can_interrupt();
-    if (the_board.can().receive()->frame != kLoopFrame) return 0;
+    const auto received = the_board.can().receive();
+    if (!received || received->frame != kLoopFrame) return 0;
   }
   return arrived[1] - arrived[0];
 }

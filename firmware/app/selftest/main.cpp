@@ -31,9 +31,8 @@ void run(Report& report, b_g431b_esc1::StartReport start) {
   check_dead_time(report);
   check_phases(report);
   check_interrupt(report);
-  const std::int32_t failed = report.failed();
-  report.tell({"failed", failed, 0, 0, "checks"});
-  the_board.led(failed == 0);
+  report.tell_failed();
+  the_board.led(report.failed() == 0);
 }
 
 }  // namespace

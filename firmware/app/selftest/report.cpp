@@ -45,6 +45,12 @@ void Report::broadcast(const Message& m, std::uint8_t priority, protocols::Trans
 
 void Report::tell(const Finding& f) {
   failed_ += f.ok() ? 0 : 1;
+  say(f);
+}
+
+void Report::tell_failed() { say({"failed", failed_, 0, 0, "checks"}); }
+
+void Report::say(const Finding& f) {
   const firmware::TextLine line = line_of(f);
   for (const std::uint8_t c : line.text().view()) the_board.text().put(static_cast<char>(c));
   the_board.text().put("\r\n");
