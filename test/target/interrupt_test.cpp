@@ -2,6 +2,8 @@
 // docs/acceptance/silicon.md.
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "host/tools/commission.hpp"
 #include "test/target/safety_rows.hpp"
 
@@ -10,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t kSampleException = 16 + 18;
 constexpr double kLoopLimit_us = 2000.0;
-constexpr double kSamples_Hz = 170e6 / (4.0 * 1771.0);
+constexpr double kPeriod_cycles = 4.0 * 1771.0, kSamples_Hz = 170e6 / kPeriod_cycles;
 
 // What ran since the last call. One that runs now goes on.
 Served take(Bench& b) {
@@ -25,8 +27,45 @@ struct Limits {
   double mean, longest;
 };
 constexpr Limits kMotor{2700.0, 3600.0};
-// Missed by commissioning, which runs from the flash: less than two periods of 7 083 cycles (docs/acceptance/silicon.md).
-constexpr Limits kCommissioning{6400.0, 14166.0};
+// Commissioning misses these (docs/acceptance/silicon.md). What is guarded here, set in view of what was measured: the mean leaves the main
+// loop a tenth of the time, and no interrupt lasts two periods, which would lose a sample.
+constexpr Limits kCommissioning{6400.0, 2.0 * kPeriod_cycles};
+
+// Interrupts that outlast a sample period, looked at every few microseconds.
+class Overlong {
+ public:
+  void look(Bench& b) {
+    const CoreState& s = b.core();
+    const Served& served = s.served[kSampleException];
+    if (s.ipsr != kSampleException) return;
+    if (served.count != of_) places_.clear();
+    of_ = served.count;
+    places_.push_back(s.r[kPc]);
+    if (static_cast<double>(s.cycle - served.begun_cycle) <= kPeriod_cycles) return;
+    const unsigned on = b.watch.gates();
+    if (on != 0 && on != kHighSides && on != (kAllSides & ~kHighSides)) with_voltage = true;
+    found_[of_] = places_;
+  }
+  // How often the processor was found in which function.
+  void print() const {
+    const ElfFile elf = read_elf(program());
+    std::map<std::string, int> times;
+    for (const auto& [interrupt, places] : found_) {
+      for (const std::uint32_t place : places) {
+        const ElfSymbol* const function = elf.symbol_at(place);
+        ++times[function != nullptr ? function->name : "other"];
+      }
+    }
+    std::printf("%zu interrupts beyond a period of %.0f cycles; the processor was found in\n", found_.size(), kPeriod_cycles);
+    for (const auto& [function, n] : times) std::printf("  %d times %s\n", n, function.c_str());
+  }
+  bool with_voltage = false;  // in one of them the gates put a voltage on the motor
+
+ private:
+  std::uint64_t of_ = 0;
+  std::vector<std::uint32_t> places_;
+  std::map<std::uint64_t, std::vector<std::uint32_t>> found_;
+};
 
 void expect_phase(Bench& b, const char* phase, double lasted_s, const Limits& limits = kMotor) {
   const Served s = take(b);
@@ -84,10 +123,16 @@ TEST(SampleInterrupt, WhileItCommissionsTakesLessThanTwoPeriodsAtMost) {
   commission.begin();
   take(b);
   const double begun_s = b.watch.now_s();
+  Overlong overlong;
   for (int ms = 0; ms < 60'000 && !commission.over(); ++ms) {
     commission.step(true);
-    b.tool.run_for(kMs);
+    for (const std::int64_t end_ns = b.tool.now_ns() + kMs; b.tool.now_ns() < end_ns;) {
+      b.tool.run_for(kMs / 200);
+      overlong.look(b);
+    }
   }
+  overlong.print();
+  EXPECT_FALSE(overlong.with_voltage) << "an interrupt outlasts its period with a voltage at the motor";
   EXPECT_EQ(commission.state(), "done");
   expect_phase(b, "commissioning", b.watch.now_s() - begun_s, kCommissioning);
 }
