@@ -3,8 +3,9 @@
 
 All in lockstep, so that nothing of this machine's own lateness is in it. A gap on the state bus is a flight computer that gets its samples late
 (they are lost, not late: the worse of both); one on the ESC bus is set-points that stay away while the motors go on with the last ones.
-usage: scripts/lateness.py [ROTORLOOP]   prints the table of docs/real_time.md
+Prints the table of docs/real_time.md.
 """
+import argparse
 import json
 import os
 import pathlib
@@ -53,7 +54,9 @@ def cell(flight):
 
 
 def main():
-    program = os.path.abspath(sys.argv[1]) if len(sys.argv) > 1 else str(ROOT / "build/release/bin/rotorloop")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", metavar="ROTORLOOP", nargs="?", default=ROOT / "build/release/bin/rotorloop", help="default: %(default)s")
+    program = os.path.abspath(parser.parse_args().program)
     print("| gap every 250 ms | state bus: error, mean and worst, cm | ESC bus: the same |\n|---|---|---|")
     for gap_ms in GAPS_ms:
         print(f"| {gap_ms} ms | {cell(fly(program, 'state', gap_ms))} | {cell(fly(program, 'esc', gap_ms))} |", flush=True)
