@@ -9,7 +9,7 @@ An answer is a list of sets: each effect that was added, with those indistinguis
   clean           right: verdict clean
   sensor          right: the error of the sensor is in the only set, of at most three; sensor_pair: it and the effect, each in a set, no other set
   log_error       right: the checks say what was done to the log, and the rest is answered as if it had not been done
-  foreign_part    right: verdict unexplained and nothing named without that reserve
+  foreign_part    right: verdict unexplained, whatever is named under that reserve; the share with nothing named, as `foreign` asks, beside it
 Otherwise inside (the effect is in an answer, but not so), missed (nothing named) or wrong. Beside the outcome, `wrong` counts every trial with any set that holds nothing of the truth.
 """
 
@@ -175,6 +175,9 @@ def summary(judged, kinds, blade_level=frozenset()):
         hits = sum(t[0] == right for t in trials)
         if trials:
             row(what, percent(hits, len(trials)), f"≥ {100 * least:.0f} %", hits >= least * len(trials))
+        if trials and "foreign_part" in of:
+            row("… of these, and nothing named under that reserve", percent(sum(t[0] == right and t[2] == "unexplained" for t in trials), len(trials)),
+                "–", True)
     effects = [n for n in judged if kinds[n] in SINGLE]
     for what, names in (("model's own form", [n for n in effects if n not in blade_level]), ("blade elements and wakes", [n for n in effects if n in blade_level])):
         trials = [t for n in names for t in judged[n]]

@@ -5,12 +5,11 @@ import csv
 import math
 import random
 
-from pose_bursts import direction, offset_at, turned
+from pose_bursts import direction, put_bursts
 
 GYRO, ACCEL = ([f"{name}_{a}[{unit}]" for a in "xyz"] for name, unit in (("gyro", "rad/s"), ("accel", "m/s2")))
 POSITION, QUATERNION = [f"p_{a}[m]" for a in "xyz"], [f"q_{a}[1]" for a in "wxyz"]
 TURN = ("roll_rad", "pitch_rad", "yaw_rad")
-BURST_S, PAUSE_S, TURN_RAD, SHIFT_M = (0.1, 0.3), (2.0, 5.0), (0.1, 0.5), (0.03, 0.1)
 
 
 def all_cases(drawn, case):
@@ -67,24 +66,6 @@ def clipped(rows, columns, names, limit):
                 r[c] = f"{min(max(float(r[c]), -limit), limit):.7g}"
 
 
-def with_bursts(rows, columns, kind, draw):
-    at, clock = [columns.index(n) for n in POSITION + QUATERNION], columns.index("pose_t[s]")
-    posed = [r for r in rows if r[at[0]] and r[clock]]
-    start = float(posed[0][clock]) + 1.0 + draw.uniform(0, 3)
-    while start < float(posed[-1][clock]) - 1.0:
-        length = draw.uniform(*BURST_S)
-        turn, shift = direction(draw, draw.uniform(*TURN_RAD)), direction(draw, draw.uniform(*SHIFT_M))
-        for r in posed:
-            share = (float(r[clock]) - start) / length
-            if not 0 <= share <= 1:
-                continue
-            a, b = offset_at(kind, share, turn, shift, draw)
-            values = [float(r[c]) for c in at]
-            for c, v in zip(at, [p + d for p, d in zip(values[:3], b)] + list(turned(values[3:], a))):
-                r[c] = f"{v:.7f}"
-        start += length + draw.uniform(*PAUSE_S)
-
-
 def spoil(log, case, seed):
     """Does to the log what the case says, in place."""
     if case.kind != "log_error":
@@ -103,7 +84,8 @@ def spoil(log, case, seed):
     if "accel_range_m_s2" in spec:
         clipped(rows, columns, ACCEL, spec["accel_range_m_s2"])
     if "bursts" in spec:
-        with_bursts(rows, columns, spec["bursts"][seed % len(spec["bursts"])], draw)
+        kind = spec["bursts"][seed % len(spec["bursts"])]
+        put_bursts(rows, columns.index("pose_t[s]"), [columns.index(n) for n in POSITION + QUATERNION], kind, draw, decimals=(7, 7))
     with open(log, "w", encoding="utf-8", newline="") as f:
         f.writelines(head)
         csv.writer(f, lineterminator="\n").writerows(rows)

@@ -172,10 +172,21 @@ def fly(case, seed, folder, o, study):
     return logs, ends
 
 
+def drawn_text(case, seed, study):
+    """What decides the logs of a trial beside its plant: the drawn case, and which flights are flown with it."""
+    names = [f["name"] for f in toml(ROOT / study["scenario"])["flight"]]
+    return json.dumps({"seed": seed, "drawn": case.drawn, "flights": sensors.flights(case, seed, names)}, sort_keys=True, indent=1) + "\n"
+
+
+def holds(path, text):
+    return path.exists() and path.read_text(encoding="utf-8") == text
+
+
 def logs_of(case, seed, folder, o, study):
     """The flights of a trial, flown when they are not there yet: paths of their logs, and how each ended."""
-    flown, plant = folder / "flown.json", folder / "plant.toml"
-    same = case.kind == "clean_reduced" or (plant.exists() and plant.read_text(encoding="utf-8") == plant_text(entries_of(case, seed), study))
+    flown, drawn = folder / "flown.json", folder / "drawn.json"
+    same = holds(drawn, drawn_text(case, seed, study)) and (
+        case.kind == "clean_reduced" or holds(folder / "plant.toml", plant_text(entries_of(case, seed), study)))
     if not (flown.exists() and same):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
@@ -183,6 +194,7 @@ def logs_of(case, seed, folder, o, study):
         for i, log in enumerate(logs):
             sensors.spoil(log.rename(folder / f"{i + 1}.csv"), case, seed)
         shutil.rmtree(folder / "flights", ignore_errors=True)
+        drawn.write_text(drawn_text(case, seed, study), encoding="utf-8")
         flown.write_text(json.dumps(ends) + "\n", encoding="utf-8")
     return sorted(folder.glob("?.csv")), json.loads(flown.read_text(encoding="utf-8"))
 

@@ -21,6 +21,8 @@ import tomllib
 
 from development_sets import FITTED, MAPPING, ROOT, vehicle_text
 
+BURST_S, PAUSE_S, TURN_RAD, SHIFT_M = (0.1, 0.3), (2.0, 5.0), (0.1, 0.5), (0.03, 0.1)
+
 
 def product(a, b):
     w, x, y, z = a
@@ -47,23 +49,32 @@ def offset_at(kind, share, turn, shift, draw):
     return [size * x for x in turn], [size * x for x in shift]
 
 
-def spoil(source, target, kind, seed):
-    """Writes the flight with bursts; returns how many."""
-    draw = random.Random(f"{kind} {seed} {source.stem}")
-    with open(source, newline="", encoding="utf-8") as f:
-        head, *rows = csv.reader(f)
-    count, at = 0, 1.0 + draw.uniform(0, 3)
-    while at < float(rows[-1][0]) - 1.0:
-        length, count = draw.uniform(0.1, 0.3), count + 1
-        turn, shift = direction(draw, draw.uniform(0.1, 0.5)), direction(draw, draw.uniform(0.03, 0.1))
-        for row in rows:
-            share = (float(row[0]) - at) / length
-            if not 0 <= share <= 1 or not row[1]:
+def put_bursts(rows, clock, pose, kind, draw, decimals=(5, 6)):
+    """Puts bursts into rows of cells, in place; returns how many. `clock` and `pose`: columns of the time, s, and of place and quaternion;
+    rows without them stay. `decimals`: of place and quaternion."""
+    posed = [r for r in rows if r[pose[0]] and r[clock]]
+    count, at = 0, float(posed[0][clock]) + 1.0 + draw.uniform(0, 3)
+    while at < float(posed[-1][clock]) - 1.0:
+        length, count = draw.uniform(*BURST_S), count + 1
+        turn, shift = direction(draw, draw.uniform(*TURN_RAD)), direction(draw, draw.uniform(*SHIFT_M))
+        for row in posed:
+            share = (float(row[clock]) - at) / length
+            if not 0 <= share <= 1:
                 continue
             a, b = offset_at(kind, share, turn, shift, draw)
-            row[1:4] = [f"{float(p) + d:.5f}" for p, d in zip(row[1:4], b)]
-            row[4:8] = [f"{q:.6f}" for q in turned([float(q) for q in row[4:8]], a)]
-        at += length + draw.uniform(2, 5)
+            before = [float(row[c]) for c in pose]
+            after = [p + d for p, d in zip(before[:3], b)] + list(turned(before[3:], a))
+            for k, (c, v) in enumerate(zip(pose, after)):
+                row[c] = f"{v:.{decimals[k >= 3]}f}"
+        at += length + draw.uniform(*PAUSE_S)
+    return count
+
+
+def spoil(source, target, kind, seed):
+    """Writes the flight with bursts; returns how many."""
+    with open(source, newline="", encoding="utf-8") as f:
+        head, *rows = csv.reader(f)
+    count = put_bursts(rows, 0, range(1, 8), kind, random.Random(f"{kind} {seed} {source.stem}"))
     with open(target, "w", newline="", encoding="utf-8") as f:
         csv.writer(f).writerows([head, *rows])
     return count

@@ -1,5 +1,6 @@
 """The judge of scripts/stats diagnose: which answer to which plant counts as what."""
 
+import dataclasses
 import json
 import math
 import pathlib
@@ -7,6 +8,7 @@ import sys
 import tempfile
 import types
 import unittest
+import unittest.mock
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -87,6 +89,12 @@ class Judge(unittest.TestCase):
         self.expect("right", False, "foreign_part", [], said("unexplained", ["b"]))
         self.expect("wrong", True, "foreign_part", [], said("named", ["b"]))
         self.expect("missed", False, "foreign_part", [], said("clean"))
+
+    def test_foreign_physics_of_a_part_prints_both_shares_unexplained_and_nothing_named(self):
+        judged = {"a": [("right", False, "unexplained", 1), ("right", False, "b", 2), ("missed", False, "clean", 3), ("right", False, "unexplained", 4)]}
+        text = "\n".join(score.summary(judged, {"a": "foreign_part"})[0])
+        self.assertRegex(text, r"by a product: unexplained \| 75.0 % \(3 of 4;")
+        self.assertRegex(text, r"nothing named under that reserve \| 50.0 % \(2 of 4;")
 
     def test_page_misses_a_limit_by_one_trial_and_names_the_effect_below_seven_of_ten(self):
         with tempfile.TemporaryDirectory() as name:
@@ -196,6 +204,29 @@ class Plants(unittest.TestCase):
             acting = [acts for _, acts in study.sensors.flights(drawn["one_flight_antenna"], seed, ["a", "b", "c"])]
             self.assertEqual((len(acting), sum(acting)), (5, 1))
         self.assertEqual(study.sensors.flights(drawn["product"], 801, ["a", "b", "c"]), [(n, True) for n in "abcab"])
+
+    def test_logs_are_flown_again_when_what_is_drawn_or_done_to_them_changes(self):
+        drawn = {c.name: c for c in study.cases(self.study, self.catalogue, study.toml(study.SENSORS))}
+        flown = []
+
+        def fly(case, seed, folder, _, of):
+            flown.append(case.name)
+            study.write_scenario(folder, "", study.entries_of(case, seed), of)
+            log = folder / "flight.csv"
+            log.write_text("# head\n" + ",".join(["t[s]", *study.sensors.GYRO]) + "\n0,9,0,0\n")
+            return [log], {"vertical": "completed"}
+
+        case = drawn["gyro_clips"]
+        other = dataclasses.replace(case, drawn={**case.drawn, "gyro_range_rad_s": 2.0})
+        antenna = drawn["one_flight_antenna"]
+        places = [dataclasses.replace(antenna, drawn={**antenna.drawn, "flight": [i, i]}) for i in range(2)]
+        with tempfile.TemporaryDirectory() as name, unittest.mock.patch.object(study, "fly", fly):
+            folder = pathlib.Path(name) / "trial"
+            for c, times in ((case, 1), (case, 1), (other, 2), (other, 2), (places[0], 3), (places[0], 3), (places[1], 4)):
+                (log,), ends = study.logs_of(c, 801, folder, None, self.study)
+                self.assertEqual((len(flown), ends), (times, {"vertical": "completed"}), c.name)
+                if c is other:
+                    self.assertEqual(log.read_text().splitlines()[-1], "0,2,0,0")
 
     def test_clipped_and_disturbed_logs_change_what_they_should_and_nothing_else(self):
         drawn = {c.name: c for c in study.cases(self.study, self.catalogue, study.toml(study.SENSORS))}
