@@ -2,7 +2,9 @@
 """Measured flights altered as loggers and mappings alter them, each through `rotorloop identify`: refused, or how far the result moves.
 
 A flight is converted to rotorloop's own CSV (`log convert`), altered there and identified alone; the unaltered flight is what it is compared
-with. `wrong`: exit code 0 and a parameter that moved by more than 3 u and by more than 20 %. ROTORLOOP_DATA names the data folder.
+with; a flight that is refused as it is is counted and not altered. `refused`: exit codes 2 (a bad input file) and 5 (quality of the data);
+any other but 0 ends the script with what was run. `wrong`: exit code 0 and a parameter that moved by more than 3 u and by more than 20 %.
+ROTORLOOP_DATA names the data folder.
   scripts/altered_flights.py                              one flight of each set: hours of CPU where little is refused
   scripts/altered_flights.py imrc_cf21bl_bare/eckart00    these
   scripts/altered_flights.py --only slip,axes SET/FLIGHT  these alterations: held, frozen, offset, delayed, slip, axes
@@ -14,6 +16,7 @@ import json
 import math
 import os
 import pathlib
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -24,6 +27,7 @@ ROTORS = [f"omega_{i}[rad/s]" for i in range(1, 5)]
 POSITION = ["p_x[m]", "p_y[m]", "p_z[m]"]
 POSE = POSITION + ["q_w[1]", "q_x[1]", "q_y[1]", "q_z[1]"]
 LATE_S = 0.1
+REFUSED = (2, 5)  # ExitCode::usage, ExitCode::data_quality of host/base/error.hpp
 
 
 class Log:
@@ -144,12 +148,18 @@ def alterations():
         yield "axes", f"position in axes {name}", lambda log, o=order, s=signs: axes(log, o, s)
 
 
+def run(command, allowed):
+    done = subprocess.run([str(c) for c in command], cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode not in allowed:
+        sys.exit(f"exit code {done.returncode} of: {shlex.join(str(c) for c in command)}\n{done.stderr[-2000:]}")
+    return done
+
+
 def identify(rotorloop, log, vehicle, folder):
     """(exit code, {parameter: (value, u)}, first error)"""
     out = folder / "out.toml"
     out.unlink(missing_ok=True)
-    done = subprocess.run([rotorloop, "identify", "--flight", str(log), "--vehicle", str(vehicle), "--json", "-o", str(out)], cwd=ROOT,
-                          capture_output=True, text=True, check=False)
+    done = run([rotorloop, "identify", "--flight", log, "--vehicle", vehicle, "--json", "-o", out], (0, *REFUSED))
     document = json.loads(done.stdout) if done.stdout.lstrip().startswith("{") else {}
     values = {}
     for e in document.get("estimates", []):
@@ -167,7 +177,7 @@ def moved(values, reference):
             before, u_before = reference[name]
             away, share = abs(value - before), abs(value - before) / max(abs(before), 1e-12)
             if away > 3 * math.hypot(u, u_before) and share > 0.2:
-                out.append((share, f"{name} {100 * (value / before - 1):+.0f} %"))
+                out.append((share, f"{name} {100 * (value / before - 1):+.0f} %" if before != 0 else f"{name} 0 to {value:.3g}"))
     return [text for _, text in sorted(out, reverse=True)]
 
 
@@ -177,11 +187,12 @@ def judge_flight(a, flight, only, folder):
     mapping, vehicle = MEASURED / f"{set_name}.mapping.toml", MEASURED / f"{set_name}.toml"
     whole = folder / "whole.csv"
     whole.unlink(missing_ok=True)
-    subprocess.run([a.rotorloop, "log", "convert", f"{os.environ['ROTORLOOP_DATA']}/flights/{flight}.csv", "-m", str(mapping), "-o", str(whole)],
-                   cwd=ROOT, check=True, capture_output=True)
+    run([a.rotorloop, "log", "convert", f"{os.environ['ROTORLOOP_DATA']}/flights/{flight}.csv", "-m", mapping, "-o", whole], (0,))
     code, reference, why = identify(a.rotorloop, whole, vehicle, folder)
     print(f"{flight}: unaltered: {'identified' if code == 0 else why}", flush=True)
     counts = {"flights": 1, "false": code != 0, "cases": 0, "refused": 0, "wrong": 0}
+    if code != 0:
+        return counts  # nothing to compare with
     for kind, title, change in alterations():
         if only and kind not in only:
             continue
@@ -224,7 +235,7 @@ def main():
         for flight in a.flights or one_of_each_set():
             for key, n in judge_flight(a, flight, only, pathlib.Path(folder)).items():
                 total[key] = total.get(key, 0) + n
-    print(f"\n{total['flights']} flights, {total['false']} of them refused unaltered; {total['cases']} altered: {total['refused']} refused, "
+    print(f"\n{total['flights']} flights, {total['false']} of them refused unaltered and left out; {total['cases']} altered: {total['refused']} refused, "
           f"{total['wrong']} wrong, {total['cases'] - total['refused'] - total['wrong']} like the unaltered")
     return 6 if total["false"] or total["wrong"] else 0
 
