@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int64_t kFault_ns = 2000 * kMs, kFaultLasts_ns = 400 * kMs;
 constexpr double kSilence_us = 252'000.0;  // 250 ms after the last set-point, and the frame that was on its way
-constexpr int kEscPort = 0;
+constexpr int kEscPort = 1;                // the tool attaches first (boot_chip.hpp)
 
 int count_of(const char* variable, int otherwise) {
   const char* const text = std::getenv(variable);

@@ -239,7 +239,7 @@ TEST(SelfTest, BitsOfTwiceTheLengthAreCountedIn340Cycles) {
 }
 
 TEST(SelfTest, FramesThatDoNotComeBackAndABusWithoutAnotherNodeAreNamedAndTheSerialLineSaysAll) {
-  FirstPower b({{.kind = sim::BusFaultKind::unplugged, .port = 0}});
+  FirstPower b({{.kind = sim::BusFaultKind::unplugged, .port = 1}});
   b.run_to("selftest::loop_back(");
   b.configure_can();
   b.poke(kFdcan + 0x80, 0x3C, 0x28);  // RXGFC: what no filter names is rejected
