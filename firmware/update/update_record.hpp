@@ -15,6 +15,7 @@
 
 #include "protocols/crc.hpp"
 #include "protocols/dsdl.hpp"
+#include "protocols/types/file.hpp"
 
 namespace rotorloop::firmware {
 
@@ -28,7 +29,7 @@ concept UpdateFlash = requires(F f, const F& reader, std::span<std::uint8_t> out
 
 struct UpdateJob {
   std::uint8_t server = 0, own_id = 0;
-  protocols::Text<200> path{};
+  protocols::Text<protocols::FilePath::kMostBytes> path{};
 };
 
 template <UpdateFlash Flash>

@@ -24,6 +24,7 @@
 #include "firmware/update/application_area.hpp"
 #include "firmware/update/image.hpp"
 #include "firmware/update/image_check.hpp"
+#include "firmware/update/update_path.hpp"
 #include "firmware/update/update_record.hpp"
 #include "firmware/update/update_voice.hpp"
 #include "firmware/update/updater_config.hpp"
@@ -330,12 +331,12 @@ class Updater {
     }
     protocols::BeginFirmwareUpdate q;
     if (!decode(t.payload, q)) return;
-    using Response = protocols::BeginFirmwareUpdateResponse;
-    Response r;
+    protocols::BeginFirmwareUpdateResponse r;
+    if (refuse_long_path(t, r)) return voice_.respond(t, r, now_us);
     const UpdateJob job{.server = q.source_node_id == 0 ? t.id.source : q.source_node_id, .own_id = voice_.own_id(), .path = q.path.path};
     const bool same = job_ && job_->server == job.server && job_->path == job.path;
     if (end_ != UpdateEnd::none || same || (job_ && now_us - good_us_ < kTakeOver_us)) {
-      r.error = Response::Error::in_progress;
+      r.error = decltype(r.error)::in_progress;
     } else {
       forget_transfer();
       fault_ = ImageFault::none;

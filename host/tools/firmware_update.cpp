@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 
 namespace rotorloop::tools {
 namespace {
@@ -10,6 +11,7 @@ namespace {
 using namespace protocols;
 
 constexpr const char* kImagePath = "fw";
+static_assert(std::string_view(kImagePath).size() <= FilePath::kMostBytes, "a longer one would be cut on the way");
 constexpr std::int64_t kAskAgain_ns = 2'000'000'000;
 
 }  // namespace

@@ -10,7 +10,8 @@ namespace rotorloop::protocols {
 
 struct FilePath {
   static constexpr const char* kName = "uavcan.protocol.file.Path";
-  Text<200> path{};
+  static constexpr std::size_t kMostBytes = 200;
+  Text<kMostBytes> path{};
   constexpr FilePath() = default;
   constexpr FilePath(const char* text) : path(text) {}  // implicit: a path is given as a literal
   friend constexpr bool operator==(const FilePath&, const FilePath&) = default;

@@ -264,9 +264,9 @@ void EscNode::on_update(const protocols::Transfer& t, std::uint64_t now_us) {
     r.message = protocols::Text<127>("the motor is running");
   } else if (request_ != NodeRequest::none) {
     r.error = Response::Error::in_progress;
-  } else if (q.path.path.count == 0 || q.source_node_id > 127) {
-    r.error = Response::Error::unknown;
-    r.message = protocols::Text<127>("no path, or no such file server");
+  } else if (q.path.path.count == 0 || t.payload.size() > 1 + protocols::FilePath::kMostBytes || q.source_node_id > 127) {
+    r.error = Response::Error::unknown;  // the decoder takes the bytes that a path has room for: the payload's size tells of more
+    r.message = protocols::Text<127>("no path of 1 to 200 bytes, or no such file server");
   }
   if (!respond(t, r, now_us) || r.error != Response::Error::ok) return;
   update_ = {.server = q.source_node_id == 0 ? t.id.source : q.source_node_id, .own_id = node_id_, .path = q.path.path};

@@ -51,20 +51,17 @@ class BootRig {
     UpdateRecord(flash, config.updater.layout.record_page).begin({.server = kServer, .own_id = kNode, .path = "fw.bin"});
     ram = {.stage = BootStage::restart};
   }
-  void begin_update() {
-    protocols::BeginFirmwareUpdate q;
-    q.source_node_id = 0;
-    q.path.path = "fw.bin";
-    std::array<std::uint8_t, protocols::max_bytes<protocols::BeginFirmwareUpdate>()> payload{};
-    const std::size_t size = encode(q, payload);
+  // Of any length, as a program may send it that does not keep to what a path has room for.
+  void begin_update(const std::string& path = "fw.bin") {
+    std::vector<std::uint8_t> payload{0};  // the server is the caller
+    payload.insert(payload.end(), path.begin(), path.end());
     using protocols::TransferKind;
     protocols::encode_transfer({.kind = TransferKind::request,
                                 .priority = 24,
                                 .data_type_id = protocols::BeginFirmwareUpdate::kType.id,
                                 .source = kServer,
                                 .destination = boot->updater().own_id()},
-                               protocols::BeginFirmwareUpdate::kType.crc_seed(), transfer_.next(), {payload.data(), size},
-                               [&](const CanFrame& f) {
+                               protocols::BeginFirmwareUpdate::kType.crc_seed(), transfer_.next(), payload, [&](const CanFrame& f) {
                                  to_boot_.push_back(f);
                                  return true;
                                });
@@ -119,8 +116,8 @@ class BootRig {
 
   // What it sent of a type, oldest first.
   template <class T>
-  std::vector<T> said() const {
-    const std::array wanted{protocols::subscribe(protocols::TransferKind::message, T::kType)};
+  std::vector<T> said(protocols::TransferKind kind = protocols::TransferKind::message) const {
+    const std::array wanted{protocols::subscribe(kind, T::kType)};
     protocols::Receiver<2, 130> receiver(kServer, wanted);
     std::vector<T> all;
     for (const CanFrame& f : sent) {

@@ -244,6 +244,32 @@ TEST(Boot, NoPageIsErasedWhileTheAnswerToBeginFirmwareUpdateIsDue) {
   EXPECT_EQ(rig.flash.operations(), operations);
 }
 
+TEST(Boot, APathOfMoreThan200BytesIsRefusedWithItsLengthAndTheLimitAndOneOf200IsAskedFor) {
+  using Response = protocols::BeginFirmwareUpdateResponse;
+  BootRig rig;
+  rig.server.file = new_image();
+  rig.reset(ResetCause::power_on);
+  rig.run(0.7);
+  const auto answers = [&] { return rig.said<Response>(protocols::TransferKind::response); };
+  const std::uint64_t operations = rig.flash.operations();
+  for (const std::size_t bytes : {201u, 250u}) {
+    rig.begin_update(std::string(bytes, 'p'));
+    rig.run(2.0);
+    ASSERT_FALSE(answers().empty());
+    const Response r = answers().back();
+    EXPECT_EQ(r.error, Response::Error::unknown);
+    EXPECT_EQ(std::string(r.message.items.begin(), r.message.items.begin() + r.message.count),
+              "image_file_remote_path has " + std::to_string(bytes) + " bytes: a path has 200 at most");
+    EXPECT_FALSE(rig.boot->updater().has_job());
+  }
+  EXPECT_EQ(rig.flash.operations(), operations) << "nothing was written";
+  rig.begin_update(std::string(200, 'p'));
+  rig.run(0.1);
+  ASSERT_EQ(answers().size(), 3u);
+  EXPECT_EQ(answers().back().error, Response::Error::ok);
+  EXPECT_TRUE(rig.boot->updater().has_job());
+}
+
 TEST(Boot, ANewServerTakesOverFromOneThatHasBeenSilentFor5sAndNotBefore) {
   BootRig rig;
   rig.hand_over();

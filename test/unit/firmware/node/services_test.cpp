@@ -243,6 +243,21 @@ TEST(NodeUpdate, IsAnsweredBeforeTheHandOffAndKeepsPathServerAndOwnId) {
             protocols::BeginFirmwareUpdateResponse::Error::in_progress);
 }
 
+TEST(NodeUpdate, WithAPathOfMoreThan200BytesIsRefusedWithTheLimit) {
+  using Response = protocols::BeginFirmwareUpdateResponse;
+  ServiceRig rig;
+  std::vector<std::uint8_t> payload(1 + 201, 'p');
+  payload[0] = 0;
+  rig.send_payload({.kind = TransferKind::request, .priority = 24, .data_type_id = Response::kType.id, .source = kHost, .destination = 42},
+                   Response::kType.crc_seed(), payload);
+  rig.poll();
+  const auto answers = rig.received<Response>(TransferKind::response);
+  ASSERT_EQ(answers.size(), 1u);
+  EXPECT_EQ(answers[0].error, Response::Error::unknown);
+  EXPECT_EQ(text_of(answers[0].message), "no path of 1 to 200 bytes, or no such file server");
+  EXPECT_EQ(rig.node.request(), NodeRequest::none);
+}
+
 TEST(NodeEnumeration, IndicatesTheMotorThatWasTurnedByHandWithTheNameOfTheIndexParameter) {
   for (const char* name : {"", "esc_index"}) {
     ServiceRig rig;
