@@ -141,6 +141,8 @@ class BootChip : public ToolBus {
   bool run_to(std::int64_t time_ns) {
     while (end == End::at_cycle && now_ns() < time_ns) {
       const std::int64_t next = std::min(time_ns, now_ns() + 200'000);
+      // The controller hears what the tool has sent frame by frame, not all of it at the program's next access.
+      chip.reschedule(chip.blocks().fdcan);
       end = chip.run_until(std::max(chip.cycle_at(static_cast<double>(next) * 1e-9), chip.cycle() + 1));
       bus.set_now(std::max(bus.now_ns(), chip_ns()));
       board.advance();
