@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "firmware/board/fake/fake_board.hpp"
@@ -23,17 +25,30 @@ double limit_A(double inductance_H, double bus_V) {
   return std::floor(10.0 * most_A) / 10.0;
 }
 
+struct BoardOfStage {
+  std::string_view stage;
+  double (*limit_A)(double inductance_H, double bus_V);
+};
+constexpr std::array<BoardOfStage, 3> kBoards{{{"b_g431b_esc1", limit_A<firmware::FakeBoard>},
+                                               {"small_2s_15a", limit_A<firmware::SmallFakeBoard>},
+                                               {"high_voltage_14s_120a", limit_A<firmware::HighVoltageFakeBoard>}}};
+
 }  // namespace
 
 ServableLimit servable_limit(const BoardStage& stage, double inductance_H, double bus_V) {
-  const auto of = stage.name == "small_2s_15a"            ? limit_A<firmware::SmallFakeBoard>
-                  : stage.name == "high_voltage_14s_120a" ? limit_A<firmware::HighVoltageFakeBoard>
-                                                          : limit_A<firmware::FakeBoard>;
-  return {stage.name, inductance_H, bus_V, of(inductance_H, bus_V)};
+  const auto known = std::find_if(kBoards.begin(), kBoards.end(), [&](const BoardOfStage& b) { return b.stage == stage.name; });
+  if (known == kBoards.end()) {
+    std::string names;
+    for (const BoardOfStage& b : kBoards) names += (names.empty() ? "" : ", ") + std::string(b.stage);
+    throw Error({"", fmt::format("the phase current limit of power stage \"{}\" is not known", stage.name), "",
+                 fmt::format("use one whose firmware is known: {}", names)});
+  }
+  return {.stage = stage.name, .inductance_H = inductance_H, .bus_V = bus_V, .limit_A = known->limit_A(inductance_H, bus_V)};
 }
 
 std::string servable_text(const ServableLimit& l) {
-  return fmt::format("{:.1f} A with {:.3g} uH at {:.1f} V on {}", l.limit_A, 1e6 * l.inductance_H, l.bus_V, l.stage);
+  return fmt::format("{:.1f} A with {:.3g} uH at {:.1f} V on {}", l.limit_A, 1e6 * l.inductance_H, l.bus_V, l.stage) +
+         (l.rotor > 0 ? fmt::format(" (rotor {})", l.rotor) : "");
 }
 
 void check_servable(const ServableLimit& l, double asked_A, const std::string& where, const std::string& what) {

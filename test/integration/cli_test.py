@@ -110,7 +110,7 @@ class BadInput(unittest.TestCase):
         done = self.run_command("hil", str(shipped), "--seeds", "1", "--dry-run")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertIn("3 flights x 3 variants x 1 seeds = 9 runs", done.stdout)
-        self.assertIn("40.0 A phase current limit (it holds up to 40.1 A with 16.5 uH at 16.8 V on b_g431b_esc1)", done.stdout)
+        self.assertIn("40.0 A phase current limit (it holds up to 40.1 A with 15 uH at 16.8 V on b_g431b_esc1)", done.stdout)
         self.assertFalse((self.path / "runs").exists())
 
     def test_compare_of_what_is_no_run(self):

@@ -38,19 +38,17 @@ double overvoltage_V(const sim::BoardStage& stage) {
 MotorNumbers known_motor(const sim::PlantFile& plant, const host::VehicleModel& vehicle, std::size_t esc, double blade_inertia_kg_m2,
                          std::uint64_t seed) {
   const sim::MotorFile& f = plant.rotors[esc].motor;
-  const MotorNumbers file{f.resistance_ohm,   f.inductance_d_H, f.flux_linkage_Wb, vehicle.rotor_inertia_kg_m2,
-                          vehicle.c_q_N_m_s2, f.pole_pairs};
-  MotorNumbers mean = file;
-  mean.inductance_H = 0.5 * (f.inductance_d_H + f.inductance_q_H);
+  MotorNumbers known{f.resistance_ohm, nominal_inductance_H(plant, esc), f.flux_linkage_Wb, vehicle.rotor_inertia_kg_m2, vehicle.c_q_N_m_s2,
+                     f.pole_pairs};
   switch (plant.esc.knowledge) {
     case sim::EscKnowledge::motor_file:
-      return file;
+      return known;
     case sim::EscKnowledge::data_sheet:
-      return with_errors(mean, RandomStream(seed, kSheetStream), {0.20, 0.30, 0.0});
+      return with_errors(known, RandomStream(seed, kSheetStream), {0.20, 0.30, 0.0});
     // As far off as the ESC's own commissioning may be; docs/acceptance/esc_commissioning.md has what it leaves.
     case sim::EscKnowledge::commissioned:
-      mean.inertia_kg_m2 = f.inertia_kg_m2 + blade_inertia_kg_m2;
-      return with_errors(mean, RandomStream(seed, (static_cast<std::uint64_t>(esc) << 32) | kCommissioningStream), {0.05, 0.08, 0.10});
+      known.inertia_kg_m2 = f.inertia_kg_m2 + blade_inertia_kg_m2;
+      return with_errors(known, RandomStream(seed, (static_cast<std::uint64_t>(esc) << 32) | kCommissioningStream), {0.05, 0.08, 0.10});
     case sim::EscKnowledge::file:
       break;
   }
@@ -59,6 +57,20 @@ MotorNumbers known_motor(const sim::PlantFile& plant, const host::VehicleModel& 
 }
 
 }  // namespace
+
+double nominal_inductance_H(const sim::PlantFile& plant, std::size_t esc) {
+  const sim::MotorFile& f = plant.rotors[esc].motor;
+  switch (plant.esc.knowledge) {
+    case sim::EscKnowledge::motor_file:
+      return f.inductance_d_H;
+    case sim::EscKnowledge::data_sheet:
+    case sim::EscKnowledge::commissioned:
+      return 0.5 * (f.inductance_d_H + f.inductance_q_H);
+    case sim::EscKnowledge::file:
+      break;
+  }
+  return plant.esc.file.inductance_H;
+}
 
 double highest_esc_speed_rad_s(const sim::MotorFile& motor, int cells) {
   const double rpm = std::min(kMost_eRPM / motor.pole_pairs, 1.05 * kFullCell_V * cells * sim::speed_constant_rpm_V(motor));

@@ -18,6 +18,9 @@ inline constexpr double kEmptyCell_V = 3.0;  // of lithium polymer
 firmware::Parameters esc_parameters(const sim::PlantFile& plant, const host::VehicleModel& vehicle, int esc, double blade_inertia_kg_m2,
                                     std::uint64_t seed);
 
+// The phase inductance in `esc_parameters`, `esc` from 0, before the error of a data sheet or a commissioning that a seed draws.
+double nominal_inductance_H(const sim::PlantFile& plant, std::size_t esc);
+
 // 200 000 electrical RPM is what the firmware follows; a motor without load reaches Kv times the full battery.
 double highest_esc_speed_rad_s(const sim::MotorFile& motor, int cells);
 

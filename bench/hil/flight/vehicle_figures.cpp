@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -58,6 +60,19 @@ double highest(double most_rad_s, const Holds& holds) {
   return low;
 }
 
+// Of the ESC that holds the least; named where the four differ.
+sim::ServableLimit least_servable(const sim::PlantFile& plant, double bus_V) {
+  std::array<sim::ServableLimit, sim::kAirframeRotors> of;
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    of[i] = sim::servable_limit(*plant.esc.stage, nominal_inductance_H(plant, i), bus_V);
+    of[i].rotor = static_cast<int>(i) + 1;
+  }
+  const auto [least, most] = std::minmax_element(of.begin(), of.end(), [](const auto& a, const auto& b) { return a.limit_A < b.limit_A; });
+  sim::ServableLimit found = *least;
+  if (least->limit_A == most->limit_A) found.rotor = 0;
+  return found;
+}
+
 [[noreturn]] void cannot(const Scenario& s, const std::string& what, const char* likely, const std::string& remedy) {
   throw Error({s.plant.generic_string(), what, likely, remedy});
 }
@@ -73,8 +88,7 @@ VehicleFigures vehicle_figures(const sim::PlantFile& plant, const sim::SharedRot
   f.empty_V = kEmptyCell_V * plant.battery.cells;
   f.full_V = kFullCell_V * plant.battery.cells;
   f.stage_V = plant.esc.stage->most_bus_V;
-  const sim::MotorFile& motor = plant.rotors[0].motor;
-  f.servable = sim::servable_limit(*plant.esc.stage, 0.5 * (motor.inductance_d_H + motor.inductance_q_H), f.full_V);
+  f.servable = least_servable(plant, f.full_V);
   const double esc_rad_s = highest_esc_speed_rad_s(plant.rotors[0].motor, plant.battery.cells);
   f.esc_max_rpm = esc_rad_s / kRad_s;
   const double hover_rad_s = highest(esc_rad_s, [&](double w) { return at_speed(plant, rotor, w).thrust_N <= 0.25 * weight_N; });

@@ -14,11 +14,11 @@ struct VehicleFigures {
   double top_rpm = 0.0, thrust_to_weight = 0.0;                    // within current and voltage limits at 3.5 V per cell
   double hover_slew_rad_s2 = 0.0;                                  // how fast a rotor speeds up from hover within both limits
   double esc_max_rpm = 0.0, phase_limit_A = 0.0;
-  sim::ServableLimit servable;  // of rotor 1 with the battery full
+  sim::ServableLimit servable;  // of the ESC that holds the least, with the battery full
   double empty_V = 0.0, full_V = 0.0, stage_V = 0.0;
 };
 
-// Of rotor 1; hover and top by the plant's own rotor and motor in still air.
+// Of rotor 1 but for what the ESCs can serve; hover and top by the plant's own rotor and motor in still air.
 VehicleFigures vehicle_figures(const sim::PlantFile& plant, const sim::SharedRotors& rotors);
 
 // Lines for --dry-run.
