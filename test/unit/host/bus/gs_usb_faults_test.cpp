@@ -1,5 +1,6 @@
 // Each fault that an adapter or its bus can have, by name: what is told, whether the bus carries frames again, and what is left behind when
 // it is closed. One table for all; the figures of single faults stand in gs_usb_port_test.cpp. Time is the test's.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -41,6 +42,13 @@ struct Pair {
       }
     }
   }
+  // What became of what near offered, as a row of the table has it.
+  std::string counted() const {
+    if (!far) return "";
+    return fmt::format("refused {}, malformed {}, dropped {}, unconfirmed {}, heard {} of {}", near->link_counters().refused_by_peer,
+                       near->link_counters().malformed + far->link_counters().malformed, near->counters().dropped_tx,
+                       near->link_counters().unconfirmed, heard, offered);
+  }
   void offer(int count) {
     for (int i = 0; i < count; ++i, ++offered) near->send_any(test::frame_of(0x140, false, 8));
   }
@@ -54,7 +62,7 @@ enum class Ends { goes_on, by_name, refused };
 struct Fault {
   const char* name;
   Ends end;
-  const char* text;  // in a notice, or in the error that ends or refuses; "": counted alone
+  const char* text;  // in a notice, in the error that ends or refuses, or of the counters of counted()
   std::function<void(Pair&)> strike;
   CandlelightOptions options = {};
 };
@@ -62,12 +70,18 @@ void PrintTo(const Fault& f, std::ostream* out) { *out << f.name; }
 
 std::vector<Fault> faults() {
   return {
-      {"stalls_of_transfers_out", Ends::goes_on, "", [](Pair& p) { p.plug.device->faults.stalled_out = 2; }},
-      {"stalls_of_transfers_in", Ends::goes_on, "", [](Pair& p) { p.plug.device->faults.stalled_in = 2; }},
-      {"transfers_in_cut_short", Ends::goes_on, "", [](Pair& p) { p.plug.device->faults.cut_in = 2; }},
-      {"transfers_in_lost", Ends::goes_on, "", [](Pair& p) { p.plug.device->faults.swallowed_in = 2; }},
-      {"a_transfer_out_that_never_ends", Ends::goes_on, "", [](Pair& p) { p.plug.device->faults.lost_out = 1; }},
-      {"lost_echoes", Ends::goes_on, "", [](Pair& p) { p.plug.device->faults.lost_echoes = 3; }},
+      {"stalls_of_transfers_out", Ends::goes_on, "refused 2, malformed 0, dropped 2, unconfirmed 0, heard 23 of 25",
+       [](Pair& p) { p.plug.device->faults.stalled_out = 2; }},
+      {"stalls_of_transfers_in", Ends::goes_on, "refused 0, malformed 0, dropped 0, unconfirmed 0, heard 25 of 25",
+       [](Pair& p) { p.plug.device->faults.stalled_in = 2; }},
+      {"transfers_in_cut_short", Ends::goes_on, "refused 0, malformed 4, dropped 0, unconfirmed 2, heard 23 of 25",
+       [](Pair& p) { p.plug.device->faults.cut_in = 2; }},
+      {"transfers_in_lost", Ends::goes_on, "refused 0, malformed 0, dropped 0, unconfirmed 2, heard 23 of 25",
+       [](Pair& p) { p.plug.device->faults.swallowed_in = 2; }},
+      {"a_transfer_out_that_never_ends", Ends::goes_on, "refused 1, malformed 0, dropped 1, unconfirmed 0, heard 24 of 25",
+       [](Pair& p) { p.plug.device->faults.lost_out = 1; }},
+      {"lost_echoes", Ends::goes_on, "refused 0, malformed 0, dropped 0, unconfirmed 3, heard 25 of 25",
+       [](Pair& p) { p.plug.device->faults.lost_echoes = 3; }},
       {"an_overflow_in_the_adapter", Ends::goes_on, "receive buffer was full", [](Pair& p) { p.plug.device->faults.overflows = 1; }},
       {"error_passive", Ends::goes_on, "error passive", [](Pair& p) { p.plug.device->controller(0).count_errors(130, 0); }},
       {"bus_off", Ends::goes_on, "bus-off", [](Pair& p) { p.plug.device->controller(0).count_errors(256, 0); }},
@@ -134,7 +148,7 @@ TEST_P(GsUsbFault, IsToldEveryFrameIsAccountedForAndTheAdapterIsGivenBackWithout
   }
   while (const auto notice = p.near->next_notice()) text += *notice + "\n";
   while (const auto notice = p.far ? p.far->next_notice() : std::nullopt) text += *notice + "\n";
-  EXPECT_THAT(text, ::testing::HasSubstr(f.text));
+  EXPECT_THAT(text + p.counted(), ::testing::HasSubstr(f.text));
   const auto accounted = [&] { return p.near->counters().sent + p.near->counters().dropped_tx + p.near->link_counters().unconfirmed; };
   EXPECT_EQ(accounted(), p.offered);
   if (f.end == Ends::goes_on && p.far && p.plug.device->controller(1).rate_Hz == 1e6) {
