@@ -15,6 +15,7 @@ from rotorloop_cli import main
 BUS = ("--bus", "mcast:3")
 ELF = None
 RPM = 3000
+REPORTS = 20  # in a row within 2 %
 
 
 class ChipOnBus(BusCommand):
@@ -41,8 +42,10 @@ class ChipOnBus(BusCommand):
         read = self.until(lambda nodes: {p["name"]: p["value"] for p in nodes[0]["parameters"]}, "get", "--node", node)
         self.assertEqual((read["esc_index"], read["status_Hz"]), (0, 77))
         spin = self.start("esc", "spin", *BUS, "--index", "0", "--rpm", RPM, "--for", "60", "--yes", "--json")
-        while abs(json.loads(self.line_with(spin.stdout, f'"set_point":{RPM}'))["rpm"] - RPM) > 0.02 * RPM:
-            pass
+        in_a_row = 0  # a motor that runs through, or swings about it, meets the speed for a report or two
+        while in_a_row < REPORTS:
+            rpm = json.loads(self.line_with(spin.stdout, f'"set_point":{RPM}'))["rpm"]
+            in_a_row = in_a_row + 1 if abs(rpm - RPM) <= 0.02 * RPM else 0
 
 
 # What the class is built on is tested in its own file.
