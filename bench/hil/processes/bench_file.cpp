@@ -12,6 +12,8 @@
 namespace rotorloop::hil {
 namespace {
 
+constexpr const char* kOneBusTooFew = "one bus does not carry both at 1 kHz";
+
 std::string read_bus(const TomlTable& buses, const char* key, const std::string& fallback = "") {
   std::string name = fallback.empty() ? buses.text(key) : buses.text(key, fallback);
   if (parse_bus_name(name, buses.where(key)).backend == BusBackend::virtual_bus)
@@ -26,8 +28,7 @@ void read_buses(const TomlTable& root, BenchFile& b) {
   const BenchFile::Buses common{.esc = read_bus(all, "esc"), .state = read_bus(all, "state")};
   const auto check = [](const TomlTable& at, const BenchFile::Buses& buses) {
     if (buses.esc == buses.state)
-      at.fail("state", fmt::format("\"{}\" is the bus of the ESCs too", buses.state), "one bus does not carry both at 1 kHz",
-              "give each a bus of its own");
+      at.fail("state", fmt::format("\"{}\" is the bus of the ESCs too", buses.state), kOneBusTooFew, "give each a bus of its own");
   };
   check(all, common);
   b.airframe_buses = b.fly_buses = common;
@@ -46,6 +47,8 @@ void read_escs(const TomlTable& root, BenchFile& b) {
     b.esc_nodes[i] = static_cast<std::uint8_t>(escs[i].integer("node_id", 1, 125));
     b.esc_simulated[i] = escs[i].boolean("simulated");
     b.esc_buses[i] = read_bus(escs[i], "bus", b.esc_buses[i]);
+    if (b.esc_buses[i] == b.airframe_buses.state || b.esc_buses[i] == b.fly_buses.state)
+      escs[i].fail("bus", fmt::format("\"{}\" is the state bus", b.esc_buses[i]), kOneBusTooFew, "give the bus of the ESCs");
     if (std::find(b.esc_nodes.begin(), b.esc_nodes.begin() + static_cast<std::ptrdiff_t>(i), b.esc_nodes[i]) !=
         b.esc_nodes.begin() + static_cast<std::ptrdiff_t>(i))
       escs[i].fail("node_id", fmt::format("node_id = {} stands here twice", b.esc_nodes[i]), "two nodes of one id silence each other",

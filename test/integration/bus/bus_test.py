@@ -45,8 +45,9 @@ class BusCommand(CommandTest):
         super().setUp()
         self.unread, self.kept = {}, {}
 
-    def start(self, *words):
-        process = subprocess.Popen([self.program, *map(str, words)], cwd=self.path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    def start(self, *words, before=()):
+        """`before`: a program that runs it, and its arguments."""
+        process = subprocess.Popen([*before, self.program, *map(str, words)], cwd=self.path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
         def end():
             if process.poll() is None:
