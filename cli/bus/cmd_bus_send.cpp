@@ -39,13 +39,17 @@ void choose_interface(BusLog& log, const ReplayArguments& o) {
 
 // A recording has the frames of its own program when it sent them, and those of others by their stamp, which is from before it read them.
 // More disorder than a frame can wait for its bus is no single recording.
-void put_in_order(BusLog& log, const std::string& file) {
+void put_in_order(BusLog& log, const ReplayArguments& o) {
   constexpr std::int64_t kMostDisorder_ns = 100'000'000;
   std::int64_t newest_ns = INT64_MIN;
   for (const LoggedFrame& f : log.frames) {
     newest_ns = std::max(newest_ns, f.time_ns);
     if (newest_ns - f.time_ns > kMostDisorder_ns)
-      throw Error({file, "frames are not in order of time", "several recordings were joined", "sort the lines by their time stamp"});
+      throw Error({o.file,
+                   fmt::format("frame {}{} is {:.3f} ms older than one before it, beyond the {} ms that are put in order",
+                               &f - log.frames.data() + 1, o.interface.empty() ? "" : " of " + o.interface,
+                               1e-6 * static_cast<double>(newest_ns - f.time_ns), kMostDisorder_ns / 1'000'000),
+                   "several recordings were joined", "sort the lines by their time stamp"});
   }
   std::stable_sort(log.frames.begin(), log.frames.end(), [](const LoggedFrame& a, const LoggedFrame& b) { return a.time_ns < b.time_ns; });
 }
@@ -60,7 +64,7 @@ int replay(const ReplayArguments& o) {
   if (log.skipped_remote + log.skipped_error > 0)
     fmt::print(stderr, "{}: passed over: {} remote frames, {} error reports\n", o.file, log.skipped_remote, log.skipped_error);
   if (log.frames.empty()) throw Error({o.file, "holds no frame that can be sent", "", "give another recording"});
-  put_in_order(log, o.file);
+  put_in_order(log, o);
   const auto bus = open_bus(o.bus, "bus");
   tools::Replay player(log, o.options, bus->now_ns());
   TimedBus* const alone = bus.get();

@@ -181,9 +181,10 @@ class BusCommand(CommandTest):
         self.assertIn(data, "010203010203", "in order, from wherever it began to hear")
         self.assertEqual({line.split()[1] for line in lines}, {"mcast3"})
         self.write("joined.log", "(1.000000) can0 123#01\n(1.210000) can0 123#03\n(1.010000) can0 123#02\n")
-        done = self.run_command("bus", "replay", "joined.log", "mcast:3")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("frames are not in order of time", done.stderr)
+        for words, frame in (((), "frame 3"), (("--interface", "can0"), "frame 3 of can0")):
+            done = self.run_command("bus", "replay", "joined.log", "mcast:3", *words)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(f"joined.log: error: {frame} is 200.000 ms older than one before it, beyond the 100 ms that are put in order", done.stderr)
 
     def test_an_slcan_server_bridges_a_serial_program_to_the_bus_and_back(self):
         bridge = self.start("bus", "bridge", "mcast:3", "slcan-server:tty_esc")
