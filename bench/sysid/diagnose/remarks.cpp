@@ -48,7 +48,7 @@ std::string in_words(const NamedValue& v, const host::LoadGeometry& geometry, co
                        column.empty() ? "" : ", " + column + " in this log", everyday(v));
   }
   std::string name = v.name;
-  for (const char* unit : {"_rad", "_1_s", "_s", "_m", "_kg"}) {
+  for (const char* unit : {"_rad", "_1_s", "_m_s", "_s", "_m", "_kg"}) {  // the longer of two that both fit first
     const std::string_view u = unit;
     if (name.size() > u.size() && name.ends_with(u)) {
       name.resize(name.size() - u.size());

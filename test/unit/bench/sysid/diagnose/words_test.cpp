@@ -44,6 +44,11 @@ TEST(Words, ALatePoseIsLateInMilliseconds) {
   EXPECT_EQ(said({.id = "pose_delay", .parameters = {{"delay_s", "s", 0.012, 1e-4}}}).in_words, "delay +12 ms");
 }
 
+TEST(Words, AWindIsSaidInMetresPerSecondWithoutItsUnitInTheName) {
+  EXPECT_EQ(said({.id = "wind_steady", .parameters = {{"w_x_m_s", "m/s", 2.02, 0.03}, {"w_y_m_s", "m/s", 0.01, 0.03}}}).in_words,
+            "w x +2.02 m/s");
+}
+
 TEST(Words, AnEffectOfTheAirframeIsHeldByTheVehicleFileAndAsksForNothingElse) {
   EXPECT_EQ(said({.id = "rotor_inertia_reaction", .parameters = {{"J_r_kg_m2", "kg m2", 9e-6, 1e-7}}}).next, "");
 }
