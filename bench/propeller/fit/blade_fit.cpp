@@ -48,7 +48,7 @@ void judge_sets(const GeometryResult& g, BladeFit& out) {
     const bool within = out.misses.size() == before;
     if (s.is_static) {
       out.static_within = out.static_within && within;
-    } else {
+    } else if (s.whole) {  // the other rows of the fitted sweep are of the same day, speed and instrument as those that were fitted
       ++out.sweeps_held_out;
       out.sweeps_within += within;
     }
@@ -134,10 +134,11 @@ std::string blade_fit_text(const BladeFit& f) {
   if (f.fitted)
     s += fmt::format(
         "VERDICT {}{}\n", verdict_text(f),
-        holds(f) ? fmt::format(": held-out static rows within {:g} and {:g} % (C_T, C_P), {} of {} held-out sweeps within {:g} and {:g} %",
-                               100.0 * kStaticThrustMost, 100.0 * kStaticPowerMost, f.sweeps_within, f.sweeps_held_out,
-                               100.0 * kVerdictThrustMost, 100.0 * kVerdictPowerMost)
-                 : "");
+        holds(f)
+            ? fmt::format(": held-out static rows within {:g} and {:g} % (C_T, C_P), {} of {} sweeps held out whole within {:g} and {:g} %",
+                          100.0 * kStaticThrustMost, 100.0 * kStaticPowerMost, f.sweeps_within, f.sweeps_held_out,
+                          100.0 * kVerdictThrustMost, 100.0 * kVerdictPowerMost)
+            : "");
   for (const PropellerResult& r : f.result)
     for (std::size_t i = 0; i < r.geometries.size(); ++i) {
       const GeometryResult& g = r.geometries[i];

@@ -10,8 +10,8 @@ struct BladeFit {
   bool fitted = false;  // false: there are no measurements, and the blade is the geometry's own
   // What is beyond the limits on held-out rows: static C_T 4 % and C_P 7.5 %, all others 10 and 12 % (../validation.hpp).
   std::vector<std::string> misses;
-  bool static_within = true;  // none of these is of a static table
-  int sweeps_held_out = 0, sweeps_within = 0;
+  bool static_within = true;                   // none of these is of a static table
+  int sweeps_held_out = 0, sweeps_within = 0;  // held out whole; the other rows of the fitted sweep are among the misses alone
   SectionChoice section;
   std::vector<PropellerResult> result;  // one, where it is fitted
   std::size_t best = 0;                 // geometry of the smaller misfit
@@ -25,8 +25,8 @@ struct BladeFit {
 // Fits where a static table with at least four rows is there. Throws Error as its parts do.
 BladeFit fit_any_blade(const PropellerFiles& files, const PropellerInputs& inputs, const std::string& title);
 
-// Measured, the static tables within their limits and at least two thirds of the sweeps within theirs. "fitted", with the sweeps beyond
-// their limits where there are some, or "unfitted: " and why not.
+// Measured, the static tables within their limits and at least two thirds of the sweeps held out whole within theirs. "fitted", with the
+// sweeps beyond their limits where there are some, or "unfitted: " and why not.
 bool holds(const BladeFit& f);
 std::string verdict_text(const BladeFit& f);
 

@@ -188,6 +188,10 @@ TEST_F(RotorFit, FiguresOfFoldersUnderOtherNamesAreThoseOfRotorValidateWithin0p2
     for (const GeometryResult& g : any.result.front().geometries)
       for (const GeometryResult& k : known.geometries)
         if (g.source == k.source) expect_alike(g.scores, k.scores, entry.title + " " + g.source);
+    const auto& scores = any.result.front().geometries[any.best].scores;
+    const auto sweeps = std::count_if(any.result.front().propeller.sets.begin(), any.result.front().propeller.sets.end(),
+                                      [](const MeasuredSet& s) { return s.judged && !s.fitted && s.label.starts_with("J "); });
+    EXPECT_EQ(any.sweeps_held_out, sweeps) << "held out whole: " << scores.size() << " scores in all";
     expect_turns_in_a_plant(any);
     const std::string file = blade_files(any, folder_ / "blades/any.toml", "test").back().second;
     EXPECT_NE(file.find("# Verdict: " + verdict_text(any) + "."), std::string::npos);
