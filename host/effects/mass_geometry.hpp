@@ -26,7 +26,7 @@ struct MassDrift : FlightTime {
 
   template <class S>
   static void body(const S* c, LoadState<S>& s) {
-    s.force_B_N = scaled(1.0 / (1.0 + c[0] * s.memory[0]), s.force_B_N);
+    s.force_B_N = scaled(1.0 / share_in_time(c[0], s.memory[0]), s.force_B_N);
   }
 };
 

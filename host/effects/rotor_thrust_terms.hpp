@@ -87,7 +87,7 @@ struct ThrustDrift : FlightTime {
 
   template <class S>
   static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
-    s.rotor[i].thrust_N *= 1.0 + c[0] * s.memory[0];
+    s.rotor[i].thrust_N *= share_in_time(c[0], s.memory[0]);
   }
 };
 
@@ -102,7 +102,7 @@ struct RotorThrustDrift : FlightTime {
 
   template <class S>
   static void rotor(const S* c, LoadState<S>& s, std::size_t i) {
-    s.rotor[i].thrust_N *= 1.0 + c[i] * s.memory[0];
+    s.rotor[i].thrust_N *= share_in_time(c[i], s.memory[0]);
   }
 };
 

@@ -5,6 +5,8 @@
 #include <set>
 #include <string>
 
+#include "host/effects/mass_geometry.hpp"
+#include "host/effects/rotor_thrust_terms.hpp"
 #include "test/unit/host/effects/flown.hpp"
 
 namespace rotorloop::host {
@@ -207,6 +209,41 @@ TEST_P(EveryTerm, ActsInFlightWhenItsParametersLeaveNeutral) {
     EXPECT_EQ(most, 0.0) << "a reading has no load";
   } else {
     EXPECT_GT(most, 1e-5) << "N or N m";
+  }
+}
+
+// At the bounds of the rates a line in time reaches nought after 50 s (thrust) and 100 s (mass).
+TEST(ShareInTime, StaysAboveTwoPerCentWithExactDerivativesTwoMinutesAfterTheStartAtTheBoundsOfItsRates) {
+  constexpr double kLate_s = 120.0, kStep_1_s = 1e-8;
+  const auto at = [](double rate, double t_s) { return share_in_time(rate, t_s); };
+  for (const double bound_1_s : {ThrustDrift::kParameters[0].min, RotorThrustDrift::kParameters[0].min, MassDrift::kParameters[0].min}) {
+    for (double t_s = 0.0; t_s <= kLate_s; t_s += 0.5) {
+      const ExtraDual share = share_in_time(ExtraDual::variable(bound_1_s, 0), ExtraDual(t_s));
+      EXPECT_GT(share.a, kLeastShare) << bound_1_s << " 1/s, " << t_s << " s";
+      EXPECT_NEAR(share.d[0], (at(bound_1_s + kStep_1_s, t_s) - at(bound_1_s - kStep_1_s, t_s)) / (2.0 * kStep_1_s), 5e-3)
+          << t_s << " s (where line and hyperbola join the second derivative jumps)";
+    }
+    EXPECT_LT(at(bound_1_s, kLate_s), 2.0 * kLeastShare) << "beyond the line";
+    EXPECT_GT(at(bound_1_s + kStep_1_s, kLate_s), at(bound_1_s, kLate_s)) << "a slope that leads back";
+  }
+  EXPECT_EQ(at(-0.02, 47.5), 1.0 - 0.02 * 47.5) << "a line as long as more than 4 % is left";
+}
+
+TEST(ShareInTime, AtTheBoundsOfTheRatesNoLoadIsInfiniteNorPullsDownTwoMinutesAfterTheStart) {
+  const LoadInput<double> in = hover(paper_vehicle());
+  const Wrench before = wrench(in);
+  const std::vector<double> memory{120.0};
+  for (const char* id : {"thrust_drift", "rotor_thrust_drift", "mass_drift"}) {
+    const TermList list = only(id);
+    std::vector<double> values;
+    for (const TermParameter& p : find_term(id)->info.parameters) values.push_back(p.min);
+    const LoadParameters<double> p = load_parameters(paper_vehicle());
+    const LoadGeometry g = load_geometry(paper_vehicle());
+    LoadState<double> s{in, p, g, {}, {}, {}, {}, {}, {}, {}};
+    const TermSet<double> set(list, values.data(), memory.data());
+    loads(s, &set);
+    EXPECT_GT(s.force_B_N.z, 0.0) << id;
+    EXPECT_LT(s.force_B_N.z, before.force.z() / kLeastShare) << id;
   }
 }
 
