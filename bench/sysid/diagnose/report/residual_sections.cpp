@@ -151,12 +151,18 @@ Section variance_section(const Json& tree) {
 
 Section steps_section(const Json& tree, const ResidualFindings& f) {
   Section out{"Does it change at a moment?", "", {}};
+  const std::size_t small = f.steps.too_small.size();
+  const std::string passing = fmt::format("{} {} less than {:.2g} N and {:.2g} N m rms", small,
+                                          small == 1 ? "passes and makes" : "pass and make", f.steps.matters[0], f.steps.matters[3]);
   if (f.steps.events.empty()) {
-    out.blocks.push_back(render::Paragraph{"No step in force, torque, thrust or centre of mass passes at 1 % over all flights and kinds."});
+    out.blocks.push_back(render::Paragraph{
+        fmt::format("No step that matters in force, torque, thrust or centre of mass passes at 1 % over all flights and kinds{}.",
+                    small == 0 ? "" : "; " + passing)});
     return out;
   }
   Table t{{left("effect"), left("flight"), {"at, s"}, left("parameter"), {"step"}, {"u"}, left("unit"), {"p (Holm)"}}};
   for (const Json& event : tree.at("steps_in_time")) {
+    if (!event.at(0).at("matters").get<bool>()) continue;
     for (std::size_t i = 0; i < event.size(); ++i) {
       const Json& s = event[i];
       t.rows.push_back({{text_of(s.at("effect")), text_of(s.at("flight")), num(s.at("at_s"), "{:.1f}"), text_of(s.at("parameter")),
@@ -168,6 +174,7 @@ Section steps_section(const Json& tree, const ResidualFindings& f) {
   std::string drawings;
   for (const auto& event : f.steps.events) drawings += step_figure(f, f.steps.steps[event.front()]);
   out.blocks.insert(out.blocks.end(), {t, side_by_side(drawings)});
+  if (small > 0) out.blocks.push_back(render::Paragraph{"Too small to matter: " + passing + "."});
   return out;
 }
 

@@ -88,7 +88,8 @@ Json event_json(const ResidualFindings& f, const std::vector<std::size_t>& event
                    {"size", s.size},
                    {"u", s.u},
                    {"unit", s.unit},
-                   {"p_holm", s.p_holm}});
+                   {"p_holm", s.p_holm},
+                   {"matters", s.matters}});
   }
   return all;
 }
@@ -121,7 +122,9 @@ Json residual_tree(const ResidualFindings& f) {
   });
   j["lag_findings"] = array_of(f.lag.findings, lag_json);
   j["variance_effects"] = array_of(f.variance.effects, variance_json);
-  j["steps_in_time"] = array_of(f.steps.events, [&](const auto& event) { return event_json(f, event); });
+  const auto event = [&](const std::vector<std::size_t>& one) { return event_json(f, one); };
+  j["steps_in_time"] = array_of(f.steps.events, event);
+  for (const auto& one : f.steps.too_small) j["steps_in_time"].push_back(event(one));
   j["bursts"] = array_of(f.unexplained.bursts, [&](const Burst& b) {
     return Json{{"flight", f.series.samples.flights[b.flight]},
                 {"axis", kAxisNames[b.axis]},

@@ -214,16 +214,17 @@ bool step_matters(const Samples& samples, const StepKind& kind, const TimeStep& 
 
 void gather_events(StepsResult& out) {
   for (std::size_t i = 0; i < out.steps.size(); ++i) {
-    if (out.steps[i].p_holm >= 0.01 || !out.steps[i].matters) continue;
+    if (out.steps[i].p_holm >= 0.01) continue;
+    auto& events = out.steps[i].matters ? out.events : out.too_small;
     const auto same = [&](const std::vector<std::size_t>& event) {
       const TimeStep& first = out.steps[event.front()];
       return first.flight == out.steps[i].flight && !(std::fabs(first.at_s - out.steps[i].at_s) > kSameEvent_s);
     };
-    const auto event = std::find_if(out.events.begin(), out.events.end(), same);
-    if (event != out.events.end()) {
+    const auto event = std::find_if(events.begin(), events.end(), same);
+    if (event != events.end()) {
       event->push_back(i);
     } else {
-      out.events.push_back({i});
+      events.push_back({i});
     }
   }
 }
@@ -232,6 +233,7 @@ void gather_events(StepsResult& out) {
 
 StepsResult steps_in_time(const ResidualSeries& r, std::span<const StepKind> kinds, const StepOptions& o) {
   StepsResult out;
+  out.matters = o.matters;
   for (std::size_t f = 0; f < r.samples.flights.size(); ++f) {
     for (std::size_t k = 0; k < kinds.size(); ++k) {
       Search search{.cells = cells(r, kinds[k], f, o.grid_s), .without = {}, .best = {}};

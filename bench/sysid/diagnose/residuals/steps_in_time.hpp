@@ -31,6 +31,8 @@ struct StepsResult {
   std::vector<TimeStep> steps;  // the best of each flight and kind, smallest p first, then largest chi2 over limit
   // Of one flight, steps that matter and pass at 1 % and whose moments lie within a second are the same event: the first is the likeliest.
   std::vector<std::vector<std::size_t>> events;
+  std::vector<std::vector<std::size_t>> too_small;  // the same of those that pass and do not matter
+  std::array<double, 6> matters{};                  // StepOptions::matters
 };
 
 struct StepOptions {

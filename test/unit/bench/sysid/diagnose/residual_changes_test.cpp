@@ -53,7 +53,10 @@ TEST(StepInTime, ThatMakesLessOfTheRmsThanMattersIsNoEventHoweverCertain) {
   ASSERT_FALSE(steps_in_time(r, kinds, o).events.empty());
   const double rms = 0.5 * lift[2];  // of a step in the middle of a flight about its mean
   o.matters = {1.2 * rms, 1.2 * rms, 1.2 * rms, 1.0, 1.0, 1.0};
-  EXPECT_TRUE(steps_in_time(r, kinds, o).events.empty());
+  const StepsResult small = steps_in_time(r, kinds, o);
+  EXPECT_TRUE(small.events.empty());
+  ASSERT_EQ(small.too_small.size(), 1u) << "it is kept";
+  EXPECT_FALSE(small.steps[small.too_small[0].front()].matters);
   o.matters = {1.0, 1.0, 0.5 * rms, 1.0, 1.0, 1.0};
   EXPECT_EQ(steps_in_time(r, kinds, o).events.size(), 1u);
 }

@@ -50,6 +50,7 @@ TEST(ResidualFindings, OfFlightsThatObeyTheModelAreNoiseOfTheFittedSizeWithoutLa
   }
   EXPECT_TRUE(f.lag.findings.empty());
   EXPECT_TRUE(f.steps.events.empty());
+  EXPECT_TRUE(f.steps.too_small.empty());
   for (const VarianceEffect& e : f.variance.effects) EXPECT_FALSE(e.found) << e.what;
   EXPECT_TRUE(f.words.empty()) << f.words.front();
 }
@@ -63,6 +64,24 @@ TEST(ResidualFindings, AreToldInTextMarkupAndJson) {
   EXPECT_EQ(test::unbalanced(render::page_html(sections)), "");
   EXPECT_EQ(j["axes"].size(), 6u);
   EXPECT_EQ(j["axes"][5]["unit"], "N m");
+}
+
+TEST(ResidualFindings, AStepThatPassesAndDoesNotMatterIsCountedInTheTextAndKeptInJsonWithItsMark) {
+  ResidualFindings f = clean();
+  f.steps.too_small = {{0}};
+  f.steps.steps[0].matters = false;
+  f.steps.matters = {0.04, 0.04, 0.04, 5e-4, 5e-4, 5e-4};
+  const auto j = residual_tree(f);
+  EXPECT_THAT(render::terminal_text(residual_sections(j, f)),
+              ::testing::HasSubstr("; 1 passes and makes less than 0.04 N and 0.0005 N m rms."));
+  ASSERT_EQ(j["steps_in_time"].size(), 1u);
+  EXPECT_EQ(j["steps_in_time"][0][0]["matters"], false);
+  f.steps.events = {{1}};
+  f.steps.steps[1].matters = true;
+  const auto both = residual_tree(f);
+  EXPECT_EQ(both["steps_in_time"].size(), 2u);
+  EXPECT_EQ(both["steps_in_time"][0][0]["matters"], true);
+  EXPECT_THAT(render::terminal_text(residual_sections(both, f)), ::testing::HasSubstr("Too small to matter: 1 passes and makes less than"));
 }
 
 }  // namespace
