@@ -34,16 +34,6 @@ void check_ceiling(double ceiling_rad_s, double idle_rad_s, double hover_rad_s) 
                fmt::format("when these motors and their mount bear it, give --max-rpm {:.0f}", rpm(kOverHover * hover_rad_s))});
 }
 
-// Whatever goes wrong in flight (a full disk under a log or a recording), the motors are disarmed before the reason is told.
-int fly_to_its_end(hil::FlyProcess& process, OpenedFlight& f) {
-  try {
-    return run_flight(process, f);
-  } catch (const Error& e) {
-    process.stop(e.what(), e.exit_code());
-    return 0;
-  }
-}
-
 int fly(const FlyArguments& o) {
   const double ceiling_rad_s = checked_ceiling_rad_s(o.props, o.flight.esc_bus);
   OpenedFlight f = open_flight(o.flight);
@@ -54,8 +44,8 @@ int fly(const FlyArguments& o) {
   if (log) process.on_record = [&](const host::FlightRecord& r) { log.write(hil::flight_row(r)); };
   if (f.pace.pace > 0.0)
     for (const std::string& text : ask_for_real_time().refused) fmt::print(stderr, "real time: {}\n", text);
-  const int signal_code = fly_to_its_end(process, f);
-  if (!process.end().ended) process.stop("stopped by a signal: motors disarmed", ExitCode::safety);
+  const int signal_code = run_flight(process, f);
+  if (!process.end().ended) process.stop("stopped by a signal: motors disarmed");
   fmt::print("flown:    {:.3f} s of {}/{}/{}\n", process.flown_s(), f.scenario.name, f.scenario.flights[f.request.flight].name,
              hil::variant_name(f.request.variant));
   fmt::print("heard:    {} IMU samples\n", process.samples_heard());
@@ -75,7 +65,7 @@ void add_fly(CLI::App& app, int& exit_code) {
   c->footer(
       "Arms when the airframe sends samples and all four ESCs are operational; disarms when one of them is silent, or at the end.\n"
       "Example: see rotorloop airframe --help\n"
-      "Exit codes: 0 flown to its end, 3 no airframe appeared, or disk or bus failed, 4 ended in the safe state with its reason.");
+      "Exit codes: 0 flown to its end, 3 no airframe appeared, 4 ended in the safe state with its reason.");
   c->callback([o, &exit_code] { exit_code = fly(*o); });
 }
 

@@ -41,7 +41,7 @@ class Vehicle(CommandTest):
         made = self.run_command("vehicle", "new", "my/six_inch", *SIX_INCH)
         self.assertIn("phase current limit 35 A; the ESC holds up to 40.1 A with 13.9 uH", made.stderr)
         lab = self.run_command("esc-lab", "--plant", "my/six_inch/plant.toml", "--only", "sag", "--draws", 1, "-q")
-        self.assertIn("35 A; the ESC holds up to 40.1 A with 13.9 uH at 16.8 V", lab.stdout)
+        self.assertIn("35 A; the ESC holds up to 40.1 A with 14 uH at 16.8 V", lab.stdout)
         self.ask_for_45_A("my/six_inch/plant.toml")
         self.not_served("esc-lab", "--plant", "my/six_inch/plant.toml", "--only", "sag", "--draws", 1, "-q")
         for name in ("horizontal_8p5", "vertical_3p1"):

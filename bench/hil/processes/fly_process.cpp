@@ -54,7 +54,7 @@ void FlyProcess::finish(ExitCode code, std::string reason) {
   for (int i = 0; i < 2; ++i) computer_->poll(now_us());  // the first makes ArmingStatus 0 due, the second sends it
 }
 
-void FlyProcess::stop(std::string reason, ExitCode code) { finish(code, std::move(reason)); }
+void FlyProcess::stop(std::string reason) { finish(ExitCode::safety, std::move(reason)); }
 
 std::int64_t FlyProcess::advance() {
   do {

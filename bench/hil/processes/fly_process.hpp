@@ -42,8 +42,8 @@ class FlyProcess {
   // As AirframeProcess.
   std::int64_t advance();
   const ProcessEnd& end() const { return end_; }
-  // Disarms at once and ends: an order of the user, the end of another process, or a log that cannot be written.
-  void stop(std::string reason, ExitCode code);
+  // Disarms at once and ends: an order of the user, or the end of another process.
+  void stop(std::string reason);
 
   bool begun() const { return record_us_ >= 0; }
   double flown_s() const { return 1e-6 * static_cast<double>(record_us_); }
