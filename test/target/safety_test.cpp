@@ -86,7 +86,7 @@ const std::vector<Injection> kLoopStops = {
 const std::vector<Injection> kFaults = {
     {"undefined instruction in the main loop", kFault_us, Then::restarts, [](Bench& b) { crash(b, 0); }},
     {"undefined instruction in the sample interrupt", kFault_us, Then::restarts, [](Bench& b) { crash(b, kSample); }},
-    {"undefined instruction in the CAN interrupt", kFault_us, Then::restarts, [](Bench& b) { crash(b, kCan); }},
+    {"undefined instruction in the CAN interrupt", 45.0, Then::restarts, [](Bench& b) { crash(b, kCan); }},
     {"jump to 0", kFault_us, Then::restarts, [](Bench& b) { jump(b, 0); }},
     {"jump to where nothing is", kFault_us, Then::restarts, [](Bench& b) { jump(b, kNowhereAtAll); }},
     {"jump into erased flash", kFault_us, Then::restarts, [](Bench& b) { jump(b, kErasedFlash); }},
